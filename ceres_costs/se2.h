@@ -1,0 +1,132 @@
+// SE(2) for pose graphs. Eigen only; works with ceres::Jet.
+#pragma once
+
+#include <cmath>
+
+#include "Eigen/Core"
+
+namespace ceres_costs {
+
+// The angle in [-pi, pi]; a value already inside is returned unchanged, bit for bit.
+template <typename S>
+S NormalizeAngle(const S& angle) {
+  using std::floor;
+  constexpr double kPi = 3.14159265358979323846;
+  if (angle >= S(-kPi) && angle <= S(kPi)) return angle;
+  return angle - S(2 * kPi) * floor((angle + S(kPi)) / S(2 * kPi));
+}
+
+// A rigid transform of the plane, T_a_b: p_a = R(theta) p_b + t.
+//
+// Storage, and the layout of a Ceres parameter block: x y theta (as in g2o files).
+// Tangent order: translation first, then rotation.
+// Perturbation: on the right. The retraction is Retract(d) = (t + R d_trans, theta + d_rot), which
+// agrees to first order with T * Exp(d).
+// Not synchronized; distinct objects may be used from distinct threads.
+template <typename S>
+class SE2T {
+ public:
+  using Scalar = S;
+  static constexpr int kDim = 2;          // of the space
+  static constexpr int kDof = 3;          // of the tangent
+  static constexpr int kRotationDof = 1;  // the last entries of the tangent
+  static constexpr int kParams = 3;       // of the storage
+  using Vector = Eigen::Matrix<S, kDim, 1>;
+  using RotationMatrix = Eigen::Matrix<S, kDim, kDim>;
+  using Tangent = Eigen::Matrix<S, kDof, 1>;
+  using Matrix = Eigen::Matrix<S, kDof, kDof>;
+
+  SE2T() : data_{S(0), S(0), S(0)} {}
+  SE2T(const S& x, const S& y, const S& theta) : data_{x, y, theta} {}
+  explicit SE2T(const S* params) : data_{params[0], params[1], params[2]} {}
+
+  const S* data() const { return data_; }
+  S* data() { return data_; }
+  Eigen::Map<const Vector> translation() const { return Eigen::Map<const Vector>(data_); }
+  Eigen::Map<Vector> translation() { return Eigen::Map<Vector>(data_); }
+  const S& angle() const { return data_[2]; }
+  RotationMatrix matrix() const {
+    using std::cos;
+    using std::sin;
+    const S c = cos(data_[2]), s = sin(data_[2]);
+    RotationMatrix r;
+    r << c, -s, s, c;
+    return r;
+  }
+
+  SE2T operator*(const SE2T& o) const {
+    const Vector t = *this * Vector(o.translation());
+    return SE2T(t(0), t(1), NormalizeAngle(data_[2] + o.data_[2]));
+  }
+  Vector operator*(const Vector& p) const { return matrix() * p + translation(); }
+  SE2T Inverse() const {
+    const Vector t = -(matrix().transpose() * translation());
+    return SE2T(t(0), t(1), NormalizeAngle(-data_[2]));
+  }
+  // *this^-1 * o.
+  SE2T Between(const SE2T& o) const {
+    const Vector t = matrix().transpose() * (o.translation() - translation());
+    return SE2T(t(0), t(1), NormalizeAngle(o.data_[2] - data_[2]));
+  }
+  SE2T Normalized() const { return SE2T(data_[0], data_[1], NormalizeAngle(data_[2])); }
+
+  SE2T Retract(const Tangent& d) const {
+    const Vector t = *this * Vector(d.template head<2>());
+    return SE2T(t(0), t(1), NormalizeAngle(data_[2] + d(2)));
+  }
+  // The d for which this->Retract(d) == o.
+  Tangent LocalCoordinates(const SE2T& o) const {
+    const SE2T d = Between(o);
+    return Tangent(d.data_[0], d.data_[1], d.data_[2]);
+  }
+
+  // The group exponential of the twist (v, omega), and its inverse.
+  static SE2T Exp(const Tangent& d) {
+    S a, b;
+    Coefficients(d(2), &a, &b);
+    return SE2T(a * d(0) - b * d(1), b * d(0) + a * d(1), NormalizeAngle(d(2)));
+  }
+  Tangent Log() const {
+    S a, b;
+    Coefficients(data_[2], &a, &b);
+    const S k = S(1) / (a * a + b * b);
+    return Tangent(k * (a * data_[0] + b * data_[1]), k * (a * data_[1] - b * data_[0]), data_[2]);
+  }
+
+  // T Exp(d) = Exp(Ad(T) d) T.
+  Matrix Adjoint() const {
+    Matrix m = Matrix::Identity();
+    m.template topLeftCorner<2, 2>() = matrix();
+    m(0, 2) = data_[1];
+    m(1, 2) = -data_[0];
+    return m;
+  }
+
+  template <typename N>
+  SE2T<N> Cast() const {
+    return SE2T<N>(N(data_[0]), N(data_[1]), N(data_[2]));
+  }
+
+ private:
+  // a = sin(w) / w, b = (1 - cos(w)) / w.
+  static void Coefficients(const S& w, S* a, S* b) {
+    using std::cos;
+    using std::sin;
+    if (w * w > S(1e-8)) {
+      *a = sin(w) / w;
+      *b = (S(1) - cos(w)) / w;
+    } else {
+      *a = S(1) - w * w / S(6);
+      *b = w * (S(0.5) - w * w / S(24));
+    }
+  }
+
+  S data_[kParams];
+};
+
+using SE2 = SE2T<double>;
+
+// Right Jacobian of the group: Exp(xi + d) ~ Exp(xi) Exp(Jr(xi) d); this is its inverse.
+SE2::Matrix Se2RightJacobianInverse(const SE2::Tangent& xi);
+
+}  // namespace ceres_costs

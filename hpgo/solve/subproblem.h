@@ -1,0 +1,83 @@
+// What a solver gets: poses, some of them free, and the factors between them. A window of a level
+// and a whole graph are both this.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "ceres/cost_function.h"
+#include "ceres/loss_function.h"
+#include "ceres_costs/relative_pose_error.h"
+#include "hpgo/graph/status.h"
+
+namespace hpgo {
+
+// The index that stands for the world frame, at the identity and never free.
+inline constexpr int kWorldFrame = -1;
+
+// One summand rho(e' Omega e) of the objective. Exactly one of `term` and `custom` is set. Owns
+// nothing.
+template <typename G>
+struct Factor {
+  int i = kWorldFrame;  // index into Subproblem::poses, or kWorldFrame: a prior on j
+  int j = 0;
+  const ceres_costs::RelativePoseTerm<G>* term = nullptr;
+  ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
+  const G* offset = nullptr;  // of a prior: T_node_sensor; null is the identity
+  // Any Ceres cost over the parameter blocks {X_i, X_j}, or {X_j} where i is kWorldFrame, in the
+  // storage order of G, with Jacobians by the stored parameters; its residuals are whitened.
+  const ceres::CostFunction* custom = nullptr;
+  const ceres::LossFunction* loss = nullptr;  // null: squared
+};
+
+// The objective is the sum over factors, without the factor 1/2.
+template <typename G>
+struct Subproblem {
+  std::vector<G> poses;  // T_world_node; the first num_free are free, the others constant
+  int num_free = 0;
+  std::vector<Factor<G>> factors;
+};
+
+enum class Engine {
+  kCeres,  // ceres::Problem, SPARSE_NORMAL_CHOLESKY
+  kBlock,  // Gauss-Newton / Levenberg-Marquardt on the blocks of the Hessian
+};
+
+struct SubproblemOptions {
+  int max_iterations = 1;
+  // Seconds of wall time; checked between iterations.
+  double max_seconds = 1e9;
+  // Ends when an iteration's relative decrease of the cost falls below it.
+  double function_tolerance = 1e-10;
+  // The trust region to begin with; 1e8 is as good as undamped Gauss-Newton.
+  double initial_trust_region_radius = 1e8;
+  // Set from elsewhere (another thread, a signal handler) to stop after the current iteration.
+  const std::atomic<bool>* cancel = nullptr;
+  // Called after each iteration with its number and the cost so far; may be empty.
+  std::function<void(int iteration, double cost)> progress;
+};
+
+struct SubproblemSummary {
+  // kNoSolution: numerical failure, the poses are unchanged. kInterrupted: cancelled; the poses
+  // hold the best so far.
+  Status status;
+  double initial_cost = 0;
+  double final_cost = 0;
+  double predicted_decrease = 0;  // of the linearized objective, summed over accepted iterations
+  int iterations = 0;             // attempted steps
+  bool converged = false;         // false: a limit ended it
+  bool damped = false;            // a full Gauss-Newton step was not enough
+  double seconds = 0;
+};
+
+// Minimizes a Subproblem in place. An object keeps its workspace between calls: use one per thread.
+template <typename G>
+class SubproblemSolver {
+ public:
+  virtual ~SubproblemSolver() = default;
+  virtual SubproblemSummary Solve(const SubproblemOptions& options, Subproblem<G>* problem) = 0;
+};
+
+}  // namespace hpgo
