@@ -1,0 +1,30 @@
+#include "tools/common_flags.h"
+
+DEFINE_bool(quiet, false, "print no messages and no progress; warnings and errors remain");
+DEFINE_string(output, "", "the file to write; - is the standard output");
+DEFINE_string(stats_json, "",
+              "write counts, costs and times to this file as JSON; - is the standard output");
+DEFINE_uint64(seed, 1, "the seed of all random numbers; equal seeds give equal results");
+
+DEFINE_bool(strict, false, "unknown tags and other oddities in the input are errors");
+DEFINE_bool(project_information, false,
+            "replace information matrices that are not positive semi-definite by the nearest that "
+            "are, instead of rejecting the file");
+DEFINE_bool(create_missing, false,
+            "compose the pose of a node that only edges name, instead of rejecting the file");
+
+DEFINE_string(error, "g2o",
+              "the error of an edge: g2o (translation and quaternion vector part; x, y, theta in "
+              "2D) or log (the logarithm of the pose)");
+DEFINE_string(loss, "none", "the robust loss: none, huber, cauchy, tukey, geman_mcclure or dcs");
+DEFINE_double(loss_scale, 1.0,
+              "the whitened error (standard deviations) at which the robust loss begins to bend");
+DEFINE_string(loss_on, "closures", "the edges with the robust loss: closures or all");
+
+DEFINE_string(
+    init, "auto",
+    "where the poses start: file, odometry, spanning_tree, chordal, or auto (the one with "
+    "the lowest chi2)");
+DEFINE_string(engine, "ceres", "the solver: ceres or block");
+DEFINE_int32(max_iterations, 100, "the largest number of iterations");
+DEFINE_double(max_seconds, 1e9, "the time limit in seconds; the best result so far is written");

@@ -1,0 +1,27 @@
+// Flags that several subcommands share. Each is defined once, here, with its one default; a command
+// lists the ones it takes in Command::flags. --quiet, --v and --help belong to every command.
+#pragma once
+
+#include "gflags/gflags.h"
+
+DECLARE_bool(quiet);
+DECLARE_string(output);
+DECLARE_string(stats_json);
+DECLARE_uint64(seed);
+
+// Reading.
+DECLARE_bool(strict);
+DECLARE_bool(project_information);
+DECLARE_bool(create_missing);
+
+// What is minimized.
+DECLARE_string(error);
+DECLARE_string(loss);
+DECLARE_double(loss_scale);
+DECLARE_string(loss_on);
+
+// How.
+DECLARE_string(init);
+DECLARE_string(engine);
+DECLARE_int32(max_iterations);
+DECLARE_double(max_seconds);
