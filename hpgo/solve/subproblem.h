@@ -7,9 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "ceres/cost_function.h"
-#include "ceres/loss_function.h"
-#include "ceres_costs/relative_pose_error.h"
+#include "ceres_costs/factor_term.h"
 #include "hpgo/graph/status.h"
 
 namespace hpgo {
@@ -17,19 +15,12 @@ namespace hpgo {
 // The index that stands for the world frame, at the identity and never free.
 inline constexpr int kWorldFrame = -1;
 
-// One summand rho(e' Omega e) of the objective. Exactly one of `term` and `custom` is set. Owns
-// nothing.
+// A factor between two poses, or on one pose where i is kWorldFrame (a prior; see FactorTerm for
+// the fields it inherits). Owns nothing.
 template <typename G>
-struct Factor {
-  int i = kWorldFrame;  // index into Subproblem::poses, or kWorldFrame: a prior on j
+struct Factor : ceres_costs::FactorTerm<G> {
+  int i = kWorldFrame;  // index into Subproblem::poses
   int j = 0;
-  const ceres_costs::RelativePoseTerm<G>* term = nullptr;
-  ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
-  const G* offset = nullptr;  // of a prior: T_node_sensor; null is the identity
-  // Any Ceres cost over the parameter blocks {X_i, X_j}, or {X_j} where i is kWorldFrame, in the
-  // storage order of G, with Jacobians by the stored parameters; its residuals are whitened.
-  const ceres::CostFunction* custom = nullptr;
-  const ceres::LossFunction* loss = nullptr;  // null: squared
 };
 
 // The objective is the sum over factors, without the factor 1/2.
