@@ -110,14 +110,15 @@ class SE2T {
  private:
   // a = sin(w) / w, b = (1 - cos(w)) / w.
   static void Coefficients(const S& w, S* a, S* b) {
-    using std::cos;
     using std::sin;
-    if (w * w > S(1e-8)) {
+    const S w_sq = w * w;
+    if (w_sq > S(1e-4)) {
+      const S s = sin(S(0.5) * w);
       *a = sin(w) / w;
-      *b = (S(1) - cos(w)) / w;
+      *b = S(2) * s * s / w;  // 1 - cos(w) would cancel
     } else {
-      *a = S(1) - w * w / S(6);
-      *b = w * (S(0.5) - w * w / S(24));
+      *a = S(1) - w_sq * (S(1.0 / 6) - w_sq / S(120));
+      *b = w * (S(0.5) - w_sq * (S(1.0 / 24) - w_sq / S(720)));
     }
   }
 

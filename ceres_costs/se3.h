@@ -39,7 +39,9 @@ class SE3T {
   Eigen::Map<const Vector> translation() const { return Eigen::Map<const Vector>(data_); }
   Eigen::Map<Vector> translation() { return Eigen::Map<Vector>(data_); }
   // Const by value: Eigen 3.4 does not compile the non-const accessors of a const Map.
-  const Eigen::Map<const Quaternion> rotation() const { return Eigen::Map<const Quaternion>(data_ + 3); }
+  const Eigen::Map<const Quaternion> rotation() const {
+    return Eigen::Map<const Quaternion>(data_ + 3);
+  }
   Eigen::Map<Quaternion> rotation() { return Eigen::Map<Quaternion>(data_ + 3); }
   RotationMatrix matrix() const { return rotation().toRotationMatrix(); }
 

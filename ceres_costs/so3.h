@@ -9,6 +9,10 @@
 
 namespace ceres_costs {
 
+// Below this squared angle the coefficients of the Jacobians are series: their closed forms, and
+// more so the derivatives of these by Jets, lose digits to cancellation.
+inline constexpr double kSeriesLimitSq = 1e-2;
+
 // The cross-product matrix: Skew(a) * b == a.cross(b).
 template <typename Derived>
 Eigen::Matrix<typename Derived::Scalar, 3, 3> Skew(const Eigen::MatrixBase<Derived>& v) {
@@ -60,21 +64,36 @@ template <typename Derived>
 Eigen::Matrix<typename Derived::Scalar, 3, 3> So3RightJacobian(
     const Eigen::MatrixBase<Derived>& phi) {
   using S = typename Derived::Scalar;
-  using std::cos;
   using std::sin;
   using std::sqrt;
   const S theta_sq = phi.squaredNorm();
   const Eigen::Matrix<S, 3, 3> w = Skew(phi);
   S a, b;
-  if (theta_sq > S(1e-6)) {
+  if (theta_sq > S(kSeriesLimitSq)) {
     const S theta = sqrt(theta_sq);
-    a = (S(1) - cos(theta)) / theta_sq;
+    const S s = sin(S(0.5) * theta);
+    a = S(2) * s * s / theta_sq;  // 1 - cos(theta) would cancel
     b = (theta - sin(theta)) / (theta_sq * theta);
   } else {
-    a = S(0.5) - theta_sq / S(24);
-    b = S(1.0 / 6.0) - theta_sq / S(120);
+    a = S(0.5) - theta_sq * (S(1.0 / 24) - theta_sq * (S(1.0 / 720) - theta_sq / S(40320)));
+    b = S(1.0 / 6) - theta_sq * (S(1.0 / 120) - theta_sq * (S(1.0 / 5040) - theta_sq / S(362880)));
   }
   return Eigen::Matrix<S, 3, 3>::Identity() - a * w + b * w * w;
+}
+
+// c(theta^2) = (1 - theta/2 cot(theta/2)) / theta^2, the coefficient of the inverse Jacobians of
+// all groups here.
+template <typename S>
+S InverseJacobianCoefficient(const S& theta_sq) {
+  using std::cos;
+  using std::sin;
+  using std::sqrt;
+  if (theta_sq > S(kSeriesLimitSq)) {
+    const S half = S(0.5) * sqrt(theta_sq);
+    return (S(1) - half * cos(half) / sin(half)) / theta_sq;
+  }
+  return S(1.0 / 12) +
+         theta_sq * (S(1.0 / 720) + theta_sq * (S(1.0 / 30240) + theta_sq / S(1209600)));
 }
 
 // The inverse of So3RightJacobian; singular at |phi| = 2 pi only.
@@ -82,18 +101,8 @@ template <typename Derived>
 Eigen::Matrix<typename Derived::Scalar, 3, 3> So3RightJacobianInverse(
     const Eigen::MatrixBase<Derived>& phi) {
   using S = typename Derived::Scalar;
-  using std::cos;
-  using std::sin;
-  using std::sqrt;
-  const S theta_sq = phi.squaredNorm();
+  const S c = InverseJacobianCoefficient(S(phi.squaredNorm()));
   const Eigen::Matrix<S, 3, 3> w = Skew(phi);
-  S c;
-  if (theta_sq > S(1e-6)) {
-    const S half = S(0.5) * sqrt(theta_sq);
-    c = (S(1) - half * cos(half) / sin(half)) / theta_sq;
-  } else {
-    c = S(1.0 / 12.0) + theta_sq / S(720);
-  }
   return Eigen::Matrix<S, 3, 3>::Identity() + S(0.5) * w + c * w * w;
 }
 

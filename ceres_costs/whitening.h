@@ -1,0 +1,48 @@
+// Information matrices: what kind they are, and the factor that whitens an error. Eigen only. Every
+// function reads the upper triangle alone, as files store it, and is instantiated for N = 2, 3, 6.
+#pragma once
+
+#include "Eigen/Core"
+
+namespace ceres_costs {
+
+enum class InformationKind {
+  kPositiveDefinite,
+  kSemiDefinite,  // singular within the tolerance: some direction is not measured
+  kIndefinite,    // an eigenvalue is negative: not the inverse of any covariance
+  kNotFinite,     // an entry is nan or inf
+};
+
+// Relative to the largest magnitude of an eigenvalue.
+inline constexpr double kInformationTolerance = 1e-9;
+
+// Positive definite if every eigenvalue exceeds tolerance * max |eigenvalue|, indefinite if one
+// lies below the negative of that. About as cheap as a Cholesky factorization where the answer is
+// kPositiveDefinite.
+template <int N>
+InformationKind ClassifyInformation(const Eigen::Matrix<double, N, N>& information,
+                                    double tolerance = kInformationTolerance);
+
+// The extreme eigenvalues, for messages; nan where an entry is not finite.
+struct EigenvalueRange {
+  double min = 0;
+  double max = 0;
+};
+template <int N>
+EigenvalueRange InformationEigenvalues(const Eigen::Matrix<double, N, N>& information);
+
+// W with W' W = Omega, so that |W e|^2 = e' Omega e. With Omega = L L' that is L', NOT L, whose
+// square is another matrix unless Omega is diagonal. Upper triangular for a positive definite
+// Omega; for a semi-definite one, W has rows of zeros instead of lost rank, and exact zeros in the
+// columns of what is not measured. Negative eigenvalues within the tolerance count as zero. False,
+// with W unchanged, if Omega is indefinite or not finite.
+template <int N>
+[[nodiscard]] bool WhitenInformation(const Eigen::Matrix<double, N, N>& information,
+                                     Eigen::Matrix<double, N, N>* W);
+
+// The matrix with the same eigenvectors whose eigenvalues are raised to at least 1e-9 times the
+// largest; zero if none is positive. Every entry must be finite.
+template <int N>
+Eigen::Matrix<double, N, N> ProjectInformation(const Eigen::Matrix<double, N, N>& information);
+
+}  // namespace ceres_costs
