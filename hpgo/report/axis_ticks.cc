@@ -12,12 +12,12 @@ double RoundDown125(double value) {
 }
 
 std::vector<AxisTick> LinearTicks(double low, double high, int count) {
-  // A step that is rounded down may give up to 2.5 times as many ticks as asked for.
   double step = RoundDown125((high - low) / count);
-  if ((high - low) / step > 1.7 * count) step = RoundDown125(2.5 * step);
+  while ((high - low) / step > count) step = RoundDown125(2.5 * step);
   std::vector<AxisTick> ticks;
   for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k) {
-    ticks.push_back({k * step, TickLabel(k * step)});
+    const double value = k * step + 0.0;  // no negative zero
+    ticks.push_back({value, TickLabel(value)});
   }
   return ticks;
 }

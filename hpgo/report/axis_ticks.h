@@ -14,7 +14,7 @@ struct AxisTick {
   std::string label;  // empty: a grid line of a logarithmic axis between two powers of ten
 };
 
-// Multiples of a round step inside [low, high], about `count` of them. low < high.
+// Multiples of a round step inside [low, high], at most count + 1 of them. low < high.
 std::vector<AxisTick> LinearTicks(double low, double high, int count);
 
 // The powers of ten inside [low, high], labelled, with 2 to 9 times them between; 2 and 5 times are

@@ -64,8 +64,9 @@ class Axis {
     return first_ + t * (last_ - first_);
   }
   std::vector<AxisTick> Ticks() const {
-    constexpr double kPixelsPerTick = 80;
-    const int count = std::max(2, static_cast<int>(std::abs(last_ - first_) / kPixelsPerTick));
+    const bool is_vertical = last_ < first_;  // labels are wider than high
+    const double pixels_per_tick = is_vertical ? 50 : 70;
+    const int count = std::max(2, static_cast<int>(std::abs(last_ - first_) / pixels_per_tick));
     return is_log_ ? LogTicks(low_, high_) : LinearTicks(low_, high_, count);
   }
 
