@@ -1,0 +1,342 @@
+#include "hpgo/io/g2o_parser.h"
+
+#include <cstring>
+#include <optional>
+#include <utility>
+
+#include "hpgo/graph/compose_poses.h"
+
+namespace hpgo {
+namespace {
+
+std::size_t LineLength(const char* begin, const char* end) {
+  const std::size_t size = static_cast<std::size_t>(end - begin);
+  const void* found = std::memchr(begin, '\n', size);
+  return found ? static_cast<std::size_t>(static_cast<const char*>(found) - begin) : size;
+}
+
+template <typename G>
+bool SameBits(const G& a, const G& b) {
+  return std::memcmp(a.data(), b.data(), G::kParams * sizeof(double)) == 0;
+}
+
+std::string LineCount(std::int64_t count) {
+  return std::to_string(count) + (count == 1 ? " line" : " lines");
+}
+
+}  // namespace
+
+template <typename G>
+G2oParser<G>::G2oParser(std::string_view text, const std::string& file, const ReadOptions& options)
+    : text_(text), options_(options), log_(file, options), record_(options, &log_, &counts_) {}
+
+template <typename G>
+Status G2oParser<G>::Parse(GraphFile<G>* out, ReadReport* report) {
+  ReserveForText();
+  const char* const end = text_.data() + text_.size();
+  for (const char* next = text_.data(); next < end && !log_.stopped();) {
+    place_ = {place_.number + 1, next};
+    line_ = std::string_view(next, LineLength(next, end));
+    next += line_.size() + 1;
+    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
+    ParseLine();
+  }
+  if (!log_.stopped()) {
+    ResolveOffsets();
+    ResolveFixed();
+    ResolveMissing();
+  }
+  ReportTags();
+  counts_.bytes = static_cast<std::int64_t>(text_.size());
+  counts_.lines = place_.number;
+  const Status status = log_.Finish(&counts_);
+  if (status.ok()) *out = std::move(file_);
+  *report = std::move(counts_);
+  return status;
+}
+
+// One look at the first letter of each line is far cheaper than growing the arrays.
+template <typename G>
+void G2oParser<G>::ReserveForText() {
+  std::size_t vertices = 0, edges = 0;
+  const char* const end = text_.data() + text_.size();
+  for (const char* next = text_.data(); next < end; next += LineLength(next, end) + 1) {
+    vertices += *next == 'V';
+    edges += *next == 'E';
+  }
+  file_.graph.Reserve(vertices, edges);
+  node_places_.reserve(vertices);
+}
+
+template <typename G>
+void G2oParser<G>::ParseLine() {
+  LineFields fields(line_);
+  const std::string_view name = fields.Word();
+  if (!name.empty()) {
+    CountTag(name);
+    record_.Begin(place_.number, line_, last_tag_->tag);
+    ParseRecord(&fields, name);
+  } else if (line_.find('#') != std::string_view::npos) {
+    ++counts_.comments;
+    KeepVerbatim();
+  }
+}
+
+template <typename G>
+void G2oParser<G>::CountTag(std::string_view name) {
+  if (last_tag_ == nullptr || name != last_name_) {
+    auto it = tags_.find(name);
+    if (it == tags_.end()) {
+      it = tags_.emplace(std::string(name), TagLines{&FindRecordTag(name), place_, 0}).first;
+    }
+    last_name_ = it->first;
+    last_tag_ = &it->second;
+  }
+  ++last_tag_->count;
+}
+
+template <typename G>
+void G2oParser<G>::ParseRecord(LineFields* fields, std::string_view name) {
+  const RecordTag& tag = record_.tag();
+  if (tag.dimension != 0 && tag.dimension != G::kDim) {
+    record_.Fail(tag.dimension == 3 ? "3D record in a 2D file" : "2D record in a 3D file", line_);
+    return;
+  }
+  switch (tag.type) {
+    case RecordType::kVertex:
+      ParseVertex(fields);
+      break;
+    case RecordType::kEdge:
+      if (record_.ReadNumbers(fields)) ParseEdge();
+      break;
+    case RecordType::kPrior:
+      if (record_.ReadNumbers(fields)) ParsePrior();
+      break;
+    case RecordType::kOffset:
+      if (record_.ReadNumbers(fields)) ParseOffset();
+      break;
+    case RecordType::kFix:
+      ParseFix(fields);
+      break;
+    case RecordType::kEquivalence:
+      if (record_.ReadNumbers(fields)) KeepVerbatim();
+      break;
+    case RecordType::kLandmark:
+    case RecordType::kUnknown: {
+      ++(tag.type == RecordType::kLandmark ? counts_.landmarks : counts_.unknown);
+      std::int64_t id = 0;
+      if (name.substr(0, 6) == "VERTEX" && fields->Read(&id)) other_vertices_.insert(id);
+      KeepVerbatim();
+      if (options_.strict && last_tag_->count == 1) {
+        record_.Fail(tag.type == RecordType::kUnknown ? "unknown tag" : "landmark", name);
+      }
+      break;
+    }
+  }
+}
+
+template <typename G>
+void G2oParser<G>::ParseVertex(LineFields* fields) {
+  ++vertices_;
+  GraphNode<G> node;
+  const bool ok = record_.ReadNumbers(fields) && record_.TakePose(&node.pose);
+  // After an error the node exists all the same, or each of its edges would be one more.
+  if (record_.ids_read() == 0) return;
+  node.id = record_.id(0);
+  const std::optional<int> found = file_.graph.Find(node.id);
+  int index = 0;
+  if (!found) {
+    index = *file_.graph.AddNode(node);
+    node_places_.push_back(place_);
+  } else if (!file_.graph.nodes()[*found].has_pose) {
+    index = *found;
+    file_.graph.node(index) = node;
+    node_places_[index] = place_;
+  } else {
+    if (!ok) return;
+    const std::string what = "vertex " + std::to_string(node.id) + " was given in line " +
+                             std::to_string(node_places_[*found].number);
+    if (!SameBits(node.pose, file_.graph.nodes()[*found].pose)) {
+      record_.Fail(what + " with another pose", line_);
+    } else {
+      ++counts_.duplicate_vertices;
+      record_.Oddity(WarningKind::kDuplicate, what + " with the same pose", line_);
+    }
+    return;
+  }
+  file_.AddRecord(RecordKind::kVertex, index);
+}
+
+template <typename G>
+void G2oParser<G>::ParseEdge() {
+  if (record_.id(0) == record_.id(1)) {
+    record_.Fail("edge from node " + std::to_string(record_.id(0)) + " to itself", line_);
+    return;
+  }
+  GraphEdge<G> edge;
+  edge.i = Mention(record_.id(0));
+  edge.j = Mention(record_.id(1));
+  if (!record_.TakePose(&edge.measurement) || !record_.TakeInformation(&edge.information)) return;
+  file_.AddRecord(RecordKind::kEdge, static_cast<int>(file_.graph.edges().size()));
+  const Status added = file_.graph.AddEdge(edge);
+  if (!added.ok()) record_.Fail(added.message(), line_);
+}
+
+template <typename G>
+void G2oParser<G>::ParsePrior() {
+  const RecordTag& tag = record_.tag();
+  GraphPrior<G> prior;
+  prior.node = Mention(record_.id(0));
+  if (!record_.TakePose(&prior.measurement)) return;
+  if (!record_.TakeInformation(&prior.information)) return;
+  PriorSyntax syntax;
+  syntax.position_only = tag.pose == G::kDim;
+  if (tag.parameter >= 0) syntax.parameter = record_.id(tag.parameter);
+  file_.AddRecord(RecordKind::kPrior, static_cast<int>(file_.graph.priors().size()));
+  file_.prior_syntax.push_back(syntax);
+  prior_places_.push_back(place_);
+  const Status added = file_.graph.AddPrior(prior);
+  if (!added.ok()) record_.Fail(added.message(), line_);
+}
+
+template <typename G>
+void G2oParser<G>::ParseOffset() {
+  OffsetParameter<G> offset;
+  offset.id = record_.id(0);
+  if (!record_.TakePose(&offset.pose)) return;
+  const int index = static_cast<int>(file_.offsets.size());
+  const auto [it, added] = offset_index_.emplace(offset.id, index);
+  if (!added && !SameBits(offset.pose, file_.offsets[it->second].pose)) {
+    record_.Fail("parameter " + std::to_string(offset.id) + " was given with another pose", line_);
+    return;
+  }
+  file_.AddRecord(RecordKind::kOffset, index);
+  file_.offsets.push_back(offset);
+}
+
+template <typename G>
+void G2oParser<G>::ParseFix(LineFields* fields) {
+  std::vector<NodeId> ids;
+  while (!fields->AtEnd()) {
+    NodeId id = 0;
+    if (!fields->Read(&id)) {
+      record_.Fail(std::string("FIX: ") + fields->what_failed(), fields->failed_field());
+      return;
+    }
+    ids.push_back(id);
+  }
+  if (ids.empty()) {
+    record_.Fail("FIX names no node", line_);
+    return;
+  }
+  file_.AddRecord(RecordKind::kFix, static_cast<int>(file_.fix.size()));
+  file_.fix.push_back(std::move(ids));
+  fix_places_.push_back(place_);
+}
+
+template <typename G>
+void G2oParser<G>::KeepVerbatim() {
+  file_.AddRecord(RecordKind::kVerbatim, static_cast<int>(file_.verbatim.size()));
+  file_.verbatim.emplace_back(line_);
+}
+
+template <typename G>
+int G2oParser<G>::Mention(NodeId id) {
+  const std::optional<int> found = file_.graph.Find(id);
+  if (found) return *found;
+  GraphNode<G> node;
+  node.id = id;
+  node.has_pose = false;
+  node_places_.push_back(place_);
+  return *file_.graph.AddNode(node);
+}
+
+template <typename G>
+void G2oParser<G>::ResolveOffsets() {
+  if (G::kDim == 2) return;  // the priors of the plane name no parameter
+  for (std::size_t k = 0; k < file_.graph.priors().size(); ++k) {
+    const std::int64_t id = file_.prior_syntax[k].parameter;
+    const auto it = offset_index_.find(id);
+    if (it != offset_index_.end()) {
+      file_.graph.prior(static_cast<int>(k)).offset = file_.offsets[it->second].pose;
+      continue;
+    }
+    ++counts_.priors_without_offset;
+    log_.Oddity(WarningKind::kNoOffset, prior_places_[k].number,
+                "no PARAMS_SE3OFFSET " + std::to_string(id) + ", the identity is taken",
+                LineAt(prior_places_[k].text));
+  }
+}
+
+template <typename G>
+void G2oParser<G>::ResolveFixed() {
+  for (std::size_t k = 0; k < file_.fix.size(); ++k) {
+    for (const NodeId id : file_.fix[k]) {
+      const std::optional<int> found = file_.graph.Find(id);
+      if (found) {
+        file_.graph.node(*found).fixed = true;
+      } else if (other_vertices_.count(id) == 0) {
+        log_.Error(fix_places_[k].number,
+                   "FIX of node " + std::to_string(id) + ", which is not there",
+                   LineAt(fix_places_[k].text));
+      }
+    }
+  }
+}
+
+template <typename G>
+void G2oParser<G>::ResolveMissing() {
+  const std::size_t size = file_.graph.nodes().size();
+  if (vertices_ == 0) {
+    counts_.edges_only = size > 0;
+    if (size == 0 && log_.ok()) log_.Error(0, "holds no vertex and no edge", {});
+    return;
+  }
+  for (std::size_t k = 0; k < size; ++k) {
+    const GraphNode<G>& node = file_.graph.nodes()[k];
+    if (node.has_pose) continue;
+    const std::string what = "no vertex " + std::to_string(node.id);
+    const std::string_view line = LineAt(node_places_[k].text);
+    if (options_.create_missing) {
+      ++counts_.created_nodes;
+      log_.Warn(WarningKind::kCreated, node_places_[k].number,
+                what + ", its pose is composed from the edges", line);
+    } else {
+      log_.Error(node_places_[k].number, what, line);
+    }
+  }
+  if (counts_.created_nodes > 0) ComposeMissingPoses(&file_.graph);
+}
+
+template <typename G>
+void G2oParser<G>::ReportTags() {
+  for (const auto& [name, lines] : tags_) {
+    counts_.tags.emplace(name, lines.count);
+    const std::string count = LineCount(lines.count);
+    const std::int64_t number = lines.first.number;
+    const RecordType type = lines.tag->type;
+    if (type == RecordType::kUnknown && !options_.strict) {
+      log_.Warn(WarningKind::kUnknownTag, number, "unknown tag, " + count + " kept as they are",
+                name);
+    } else if (type == RecordType::kLandmark && !options_.strict) {
+      log_.Warn(WarningKind::kNotOptimized, number,
+                "landmarks are not optimized, " + count + " kept as they are", name);
+    } else if (type == RecordType::kEquivalence) {
+      log_.Warn(WarningKind::kNotOptimized, number,
+                "the two nodes are not merged, " + count + " kept as they are", name);
+    } else if (lines.tag->pose == 6 && type == RecordType::kEdge) {
+      log_.Warn(WarningKind::kConverted, number,
+                "information of Euler angles turned into that of the quaternion in " + count, name);
+    }
+  }
+}
+
+template <typename G>
+std::string_view G2oParser<G>::LineAt(const char* begin) const {
+  return std::string_view(begin, LineLength(begin, text_.data() + text_.size()));
+}
+
+template class G2oParser<SE2>;
+template class G2oParser<SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,32 @@
+// A whole file in memory.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "hpgo/graph/status.h"
+
+namespace hpgo {
+
+// Movable; views stay valid when it is moved.
+class InputText {
+ public:
+  // `path` may be "-", the standard input. kUnreadable, with the path and the system's reason.
+  static Result<InputText> Read(const std::string& path);
+
+  // Without a byte order mark.
+  std::string_view text() const;
+  // The name for messages: the path, or "stdin".
+  const std::string& name() const { return name_; }
+
+ private:
+  std::unique_ptr<char[]> data_;
+  std::size_t size_ = 0;
+  std::string name_;
+};
+
+// Without a UTF-8 byte order mark.
+std::string_view WithoutByteOrderMark(std::string_view text);
+
+}  // namespace hpgo
