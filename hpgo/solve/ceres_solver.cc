@@ -1,0 +1,187 @@
+#include "hpgo/solve/ceres_solver.h"
+
+#include <chrono>
+#include <cmath>
+#include <deque>
+#include <string>
+
+#include "ceres/iteration_callback.h"
+#include "ceres/problem.h"
+#include "ceres/solver.h"
+#include "ceres_costs/local_jacobian_cost.h"
+#include "ceres_costs/manifolds.h"
+#include "ceres_costs/prior_cost.h"
+#include "ceres_costs/relative_pose_cost.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::JacobianKind;
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// Ceres minimizes half the objective.
+constexpr double kCeresFactor = 2;
+
+// Ends a solve between iterations.
+class Watch final : public ceres::IterationCallback {
+ public:
+  Watch(const SubproblemOptions& options, Clock::time_point begin)
+      : options_(options), begin_(begin) {}
+
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (options_.progress && summary.iteration > 0) {
+      options_.progress(summary.iteration, kCeresFactor * summary.cost);
+    }
+    cancelled_ = options_.cancel != nullptr && *options_.cancel;
+    const bool late = SecondsSince(begin_) > options_.max_seconds;
+    return cancelled_ || late ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+  }
+  bool cancelled() const { return cancelled_; }
+
+ private:
+  const SubproblemOptions& options_;
+  const Clock::time_point begin_;
+  bool cancelled_ = false;
+};
+
+ceres::Problem::Options ProblemOptions() {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  return options;
+}
+
+ceres::Solver::Options SolverOptions(const SubproblemOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  ceres_options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
+  ceres_options.num_threads = 1;
+  ceres_options.logging_type = ceres::SILENT;
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.function_tolerance = options.function_tolerance;
+  // The decrease of the cost decides alone: these two have units, and a pose graph's own vary.
+  ceres_options.gradient_tolerance = 1e-14;
+  ceres_options.parameter_tolerance = 1e-14;
+  ceres_options.initial_trust_region_radius = options.initial_trust_region_radius;
+  // A factorization that fails without damping is an invalid step, cured by a smaller radius.
+  ceres_options.max_num_consecutive_invalid_steps = 30;
+  return ceres_options;
+}
+
+template <typename G>
+class CeresSolver final : public SubproblemSolver<G> {
+ public:
+  SubproblemSummary Solve(const SubproblemOptions& options, Subproblem<G>* problem) override {
+    const Clock::time_point begin = Clock::now();
+    SubproblemSummary summary;
+    ceres::Problem ceres_problem(ProblemOptions());
+    summary.status = Build(problem, &ceres_problem);
+    if (summary.status.ok()) {
+      Watch watch(options, begin);
+      ceres::Solver::Options ceres_options = SolverOptions(options);
+      ceres_options.callbacks.push_back(&watch);
+      ceres::Solver::Summary ceres_summary;
+      ceres::Solve(ceres_options, &ceres_problem, &ceres_summary);
+      Summarize(ceres_summary, watch.cancelled(), &summary);
+    }
+    summary.seconds = SecondsSince(begin);
+    return summary;
+  }
+
+ private:
+  Status Build(Subproblem<G>* problem, ceres::Problem* ceres_problem) {
+    relative_used_ = prior_used_ = 0;
+    adapters_.clear();
+    const int size = static_cast<int>(problem->poses.size());
+    for (int k = 0; k < size; ++k) {
+      double* pose = problem->poses[k].data();
+      ceres_problem->AddParameterBlock(pose, G::kParams, &manifold_);
+      if (k >= problem->num_free) ceres_problem->SetParameterBlockConstant(pose);
+    }
+    for (const Factor<G>& factor : problem->factors) {
+      ceres::CostFunction* cost = CostOf(factor);
+      if (cost == nullptr) {
+        return Status(
+            StatusCode::kInvalidArgument,
+            "the factor between poses " + std::to_string(factor.i) + " and " +
+                std::to_string(factor.j) +
+                (factor.custom == nullptr ? ": the information matrix is not positive semi-definite"
+                                          : ": the cost's parameter blocks are not these poses"));
+      }
+      auto* loss = const_cast<ceres::LossFunction*>(factor.loss);  // Ceres only evaluates it
+      double* pose_j = problem->poses[factor.j].data();
+      if (factor.i == kWorldFrame) {
+        ceres_problem->AddResidualBlock(cost, loss, pose_j);
+      } else {
+        ceres_problem->AddResidualBlock(cost, loss, problem->poses[factor.i].data(), pose_j);
+      }
+    }
+    return Status::Ok();
+  }
+
+  // A cost of the pool that stands for the factor, or null if its values do not allow one.
+  ceres::CostFunction* CostOf(const Factor<G>& factor) {
+    const bool unary = factor.i == kWorldFrame;
+    if (factor.custom != nullptr) {
+      if (!ceres_costs::LocalJacobianCost<G>::IsOverPoses(*factor.custom)) return nullptr;
+      if (factor.custom->parameter_block_sizes().size() != (unary ? 1u : 2u)) return nullptr;
+      return &adapters_.emplace_back(factor.custom);
+    }
+    if (unary) {
+      if (prior_used_ == priors_.size()) priors_.emplace_back(JacobianKind::kLocal);
+      ceres_costs::PriorCost<G>& cost = priors_[prior_used_++];
+      return cost.Reset(*factor.term, factor.offset, factor.convention) ? &cost : nullptr;
+    }
+    if (relative_used_ == relatives_.size()) relatives_.emplace_back(JacobianKind::kLocal);
+    ceres_costs::RelativePoseCost<G>& cost = relatives_[relative_used_++];
+    return cost.Reset(*factor.term, factor.convention) ? &cost : nullptr;
+  }
+
+  static void Summarize(const ceres::Solver::Summary& from, bool cancelled, SubproblemSummary* to) {
+    to->initial_cost = kCeresFactor * from.initial_cost;
+    to->final_cost = kCeresFactor * from.final_cost;
+    to->converged = from.termination_type == ceres::CONVERGENCE;
+    for (const ceres::IterationSummary& iteration : from.iterations) {
+      if (iteration.iteration == 0) continue;
+      ++to->iterations;
+      if (!iteration.step_is_successful) {
+        to->damped = true;
+      } else if (iteration.relative_decrease > 0) {
+        to->predicted_decrease +=
+            kCeresFactor * iteration.cost_change / iteration.relative_decrease;
+      }
+    }
+    if (!from.IsSolutionUsable() || !std::isfinite(from.final_cost)) {
+      to->final_cost = to->initial_cost;
+      to->status = Status(StatusCode::kNoSolution, from.message);
+    } else if (cancelled) {
+      to->status = Status(StatusCode::kInterrupted, "cancelled");
+    }
+  }
+
+  ceres_costs::LocalPoseManifold<G> manifold_;
+  // Deques: the problem holds pointers into them.
+  std::deque<ceres_costs::RelativePoseCost<G>> relatives_;
+  std::deque<ceres_costs::PriorCost<G>> priors_;
+  std::deque<ceres_costs::LocalJacobianCost<G>> adapters_;
+  std::size_t relative_used_ = 0, prior_used_ = 0;
+};
+
+}  // namespace
+
+template <typename G>
+std::unique_ptr<SubproblemSolver<G>> MakeCeresSolver() {
+  return std::make_unique<CeresSolver<G>>();
+}
+
+template std::unique_ptr<SubproblemSolver<ceres_costs::SE2>> MakeCeresSolver();
+template std::unique_ptr<SubproblemSolver<ceres_costs::SE3>> MakeCeresSolver();
+
+}  // namespace hpgo

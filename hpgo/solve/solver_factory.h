@@ -1,0 +1,20 @@
+// Engines by name.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "hpgo/solve/subproblem.h"
+
+namespace hpgo {
+
+// "ceres", "block"; nothing for any other name.
+const char* EngineName(Engine engine);
+std::optional<Engine> ParseEngine(const std::string& name);
+
+// Null if this build has no such engine.
+template <typename G>
+std::unique_ptr<SubproblemSolver<G>> MakeSolver(Engine engine);
+
+}  // namespace hpgo
