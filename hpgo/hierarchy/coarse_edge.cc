@@ -1,0 +1,137 @@
+#include "hpgo/hierarchy/coarse_edge.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Eigen/Cholesky"
+#include "Eigen/Eigenvalues"
+#include "hpgo/hierarchy/hierarchy.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::QuadraticModel;
+using ceres_costs::RelativePoseTerm;
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+// d with its rotation clamped: beyond it the logarithm of the error is about to wrap.
+constexpr double kMaxRotation = 2.5;
+
+// The deviation E = (R_E, R_E d_t) with error (R_E d_t, d_rot) in the split-logarithm convention,
+// and J^-1 for J = diag(R_E, Jr^-1(d_rot)), the Jacobian of that error.
+SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
+  const Eigen::Quaterniond q = ceres_costs::So3Exp(d.tail<3>());
+  const Eigen::Matrix3d R = q.toRotationMatrix();
+  J_inverse->setZero();
+  J_inverse->topLeftCorner<3, 3>() = R.transpose();
+  J_inverse->bottomRightCorner<3, 3>() = ceres_costs::So3RightJacobian(d.tail<3>());
+  return SE3(R * d.head<3>(), q);
+}
+SE2 Deviation(const SE2::Tangent& d, SE2::Matrix* J_inverse) {
+  const SE2 rotation(0, 0, d(2));
+  const Eigen::Matrix2d R = rotation.matrix();
+  J_inverse->setIdentity();
+  J_inverse->topLeftCorner<2, 2>() = R.transpose();
+  const Eigen::Vector2d t = R * d.head<2>();
+  return SE2(t(0), t(1), d(2));
+}
+
+}  // namespace
+
+template <typename G>
+typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typename G::Tangent& b) {
+  using Tangent = typename G::Tangent;
+  using Matrix = typename G::Matrix;
+  Tangent scale;
+  for (int i = 0; i < G::kDof; ++i) scale(i) = A(i, i) > 0 ? 1 / std::sqrt(A(i, i)) : 0;
+  const Matrix S = scale.asDiagonal() * A * scale.asDiagonal();
+  const Tangent c = scale.cwiseProduct(b);
+  // The usual case: well conditioned after scaling.
+  const Eigen::LLT<Matrix> llt(S);
+  if (llt.info() == Eigen::Success) {
+    const Tangent diagonal = llt.matrixLLT().diagonal();
+    if (diagonal.minCoeff() > 1e-5 * diagonal.maxCoeff()) {
+      return scale.cwiseProduct(llt.solve(c));
+    }
+  }
+  if (!S.allFinite()) return Tangent::Zero();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S);
+  const Tangent values = eigen.eigenvalues();
+  Tangent y = eigen.eigenvectors().transpose() * c;
+  for (int i = 0; i < G::kDof; ++i) {
+    y(i) = values(i) > 1e-11 * values(G::kDof - 1) ? y(i) / values(i) : 0;
+  }
+  return scale.cwiseProduct(eigen.eigenvectors() * y);
+}
+
+template <typename G>
+RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
+  typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
+  auto rotation = d.template tail<G::kRotationDof>();
+  const double angle = rotation.norm();
+  if (angle > kMaxRotation) rotation *= kMaxRotation / angle;
+  typename G::Matrix J_inverse;
+  const G E = Deviation(d, &J_inverse);
+  RelativePoseTerm<G> term;
+  term.measurement = (T * E.Inverse()).Normalized();
+  const typename G::Matrix information = J_inverse.transpose() * model.A * J_inverse;
+  term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
+  return term;
+}
+
+template <typename G>
+CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
+  const LevelEdge<G>& record = hierarchy.level(l).edges[edge];
+  const Level<G>& below = hierarchy.level(l - 1);
+  CoarseEdge<G> result;
+  result.T_g_h = hierarchy.RelativePose(l, record.node[0], record.node[1]);
+  for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
+    const LevelEdge<G>& child = below.edges[c];
+    const LevelNode<G>& b = below.nodes[child.node[1]];
+    const bool unary = child.node[0] == kNone;
+    const bool reversed = b.parent != record.node[1];
+    const G X_a = unary ? G() : below.nodes[child.node[0]].pose;
+    // The second end seen from the first's group.
+    const G X_b = reversed ? result.T_g_h.Between(b.pose) : result.T_g_h * b.pose;
+    QuadraticModel<G> fine, coarse;
+    if (!LinearizeFactor(hierarchy.FactorOf(l - 1, c), unary, X_a.Between(X_b), &fine)) continue;
+    // Not reversed: T_g_h Exp(d) X_b moves b by Ad(X_b^-1) d. Reversed, a moves by Ad(X_a^-1) d,
+    // which b sees as -Ad((X_a Y)^-1) d, and X_a Y is X_b.
+    TransportModel(reversed ? X_b.Inverse() : b.pose.Inverse(), fine, &coarse);
+    result.model.A += coarse.A;
+    if (reversed) {
+      result.model.b -= coarse.b;
+    } else {
+      result.model.b += coarse.b;
+    }
+    result.model.cost += coarse.cost;
+  }
+  result.term = TermFromModel(result.model, result.T_g_h);
+  return result;
+}
+
+template <typename G>
+double QuadraticChange(const CoarseEdge<G>& edge, const RelativePoseTerm<G>* old) {
+  typename G::Tangent difference = edge.model.b;
+  if (old != nullptr) {
+    ceres_costs::FactorTerm<G> factor;
+    factor.term = old;
+    factor.convention = ceres_costs::ErrorConvention::kSplitLog;
+    QuadraticModel<G> model;
+    LinearizeFactor(factor, false, edge.T_g_h, &model);
+    difference -= model.b;
+  }
+  return std::sqrt(std::max(0., difference.dot(SolveSemiDefinite<G>(edge.model.A, difference))));
+}
+
+template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&, const SE2&);
+template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&, const SE3&);
+template CoarseEdge<SE2> GalerkinEdge(const Hierarchy<SE2>&, int, Index);
+template CoarseEdge<SE3> GalerkinEdge(const Hierarchy<SE3>&, int, Index);
+template double QuadraticChange(const CoarseEdge<SE2>&, const RelativePoseTerm<SE2>*);
+template double QuadraticChange(const CoarseEdge<SE3>&, const RelativePoseTerm<SE3>*);
+template SE2::Tangent SolveSemiDefinite<SE2>(const SE2::Matrix&, const SE2::Tangent&);
+template SE3::Tangent SolveSemiDefinite<SE3>(const SE3::Matrix&, const SE3::Tangent&);
+
+}  // namespace hpgo

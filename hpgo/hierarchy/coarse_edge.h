@@ -1,0 +1,49 @@
+// The coarse edge between two groups, computed from the edges between their members.
+#pragma once
+
+#include "ceres_costs/factor_term.h"
+#include "hpgo/hierarchy/level.h"
+
+namespace hpgo {
+
+template <typename G>
+class Hierarchy;
+
+// A measurement of T_g_h in the split-logarithm convention, and the quadratic model it was made
+// from.
+template <typename G>
+struct CoarseEdge {
+  ceres_costs::RelativePoseTerm<G> term;
+  ceres_costs::QuadraticModel<G> model;  // at T_g_h, under a right perturbation of the group h
+  G T_g_h;                               // the current estimate
+};
+
+// The exact restriction: the children of `edge` (of level l >= 1) evaluated at the current
+// estimate, as functions of a rigid correction of the second group. Gradient and Hessian of the
+// result equal the children's.
+template <typename G>
+CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
+
+// The condensed measurement of the paper (section III, after its reference [8]): the local subgraph
+// of the two groups is optimized with one representative held, and the other representative's mean
+// and marginal covariance become the measurement, moved to the groups' frames.
+template <typename G>
+CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
+
+// The measurement whose gradient and Hessian at T are those of `model`. Directions without
+// information stay without; rotations are clamped to 2.5 rad.
+template <typename G>
+ceres_costs::RelativePoseTerm<G> TermFromModel(const ceres_costs::QuadraticModel<G>& model,
+                                               const G& T);
+
+// How much the gradient differs from that of the `old` term (null: none) at the same estimate:
+// sqrt(db' A^-1 db), in sqrt(chi2).
+template <typename G>
+double QuadraticChange(const CoarseEdge<G>& edge, const ceres_costs::RelativePoseTerm<G>* old);
+
+// A^+ b for a positive semi-definite A, scaled by its diagonal; directions below 1e-11 of the
+// largest are dropped.
+template <typename G>
+typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typename G::Tangent& b);
+
+}  // namespace hpgo

@@ -1,0 +1,224 @@
+#include "hpgo/hierarchy/hierarchy.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "glog/logging.h"
+#include "hpgo/hierarchy/coarse_edge.h"
+#include "hpgo/hierarchy/grouping.h"
+
+namespace hpgo {
+
+template <typename G>
+double ModularityWeight(const ceres_costs::RelativePoseTerm<G>& term) {
+  const typename G::Tangent z = term.measurement.Log();
+  return 1 / std::max(z.dot(term.information.Dense() * z), 1e-6);
+}
+
+template <typename G>
+Hierarchy<G>::Hierarchy(const HierarchyOptions& options) : options_(options) {
+  CHECK_GE(options.max_group_size, 2);
+  CHECK_GE(options.max_top_nodes, 2);
+  levels_.push_back(std::make_unique<Level<G>>());
+  losses_.push_back(nullptr);
+}
+
+template <typename G>
+Index Hierarchy<G>::AddNode(const G& pose) {
+  const Index node = NewNode(0, pose);
+  if (num_levels() > 1) unassigned_.push_back({0, node});
+  return node;
+}
+
+template <typename G>
+Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
+  const Index e = LinkEdge(0, i, j, data.weight);
+  Level<G>& level = *levels_[0];
+  LevelEdge<G>& edge = level.edges[e];
+  edge.term = data.term;
+  edge.loss = data.loss;
+  edge.merged = true;
+  if (data.custom != nullptr || data.offset != nullptr) {
+    edge.extra = true;
+    extras_[e] = {data.custom, data.offset};
+  }
+  Lift(0, e);
+  // A node alone in its group may still join another (Algorithm 1): its first edges came late.
+  if (num_levels() > 1 && i != kNone) {
+    for (const Index end : {i, j}) {
+      const Index group = level.nodes[end].parent;
+      if (group != kNone && levels_[1]->nodes[group].num_children == 1) {
+        unassigned_.push_back({0, end});
+      }
+    }
+  }
+  return e;
+}
+
+template <typename G>
+void Hierarchy<G>::RemoveEdge(Index edge) {
+  EraseEdge(0, edge);
+  RepairGroups();
+}
+
+template <typename G>
+void Hierarchy<G>::RemoveNode(Index node) {
+  if (levels_[0]->nodes[node].fixed > 0) AddFixed(0, node, -1);
+  while (levels_[0]->nodes[node].first_edge != kNone) {
+    EraseEdge(0, levels_[0]->nodes[node].first_edge);
+  }
+  DetachAndForget(0, node);
+  RepairGroups();
+}
+
+template <typename G>
+void Hierarchy<G>::UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term,
+                              double weight) {
+  LevelEdge<G>& record = levels_[0]->edges[edge];
+  record.term = term;
+  AddWeight(0, edge, weight - record.weight);
+  MarkAncestorsDirty(0, edge);
+}
+
+template <typename G>
+void Hierarchy<G>::AssignGroups() {
+  for (std::size_t k = 0; k < unassigned_.size(); ++k) {
+    const LevelItem item = unassigned_[k];
+    if (item.l + 1 >= num_levels()) continue;
+    const LevelNode<G>& node = levels_[item.l]->nodes[item.index];
+    if (node.alive) AssignGroup(item.l, item.index);
+  }
+  unassigned_.clear();
+  if (!suspects_.empty()) RepairGroups();
+  while (levels_.back()->num_nodes > options_.max_top_nodes) {
+    const Index before = levels_.back()->num_nodes;
+    AddLevel();
+    if (levels_.back()->num_nodes == before) break;  // no two of its nodes are connected
+  }
+}
+
+template <typename G>
+void Hierarchy<G>::SetFixed(Index node, bool fixed) {
+  const bool is_fixed = levels_[0]->nodes[node].fixed > 0;
+  if (fixed != is_fixed) AddFixed(0, node, fixed ? 1 : -1);
+}
+
+template <typename G>
+std::uint8_t Hierarchy<G>::AddLoss(std::shared_ptr<const ceres::LossFunction> loss) {
+  const auto it = std::find(losses_.begin(), losses_.end(), loss);
+  if (it != losses_.end()) return static_cast<std::uint8_t>(it - losses_.begin());
+  CHECK_LT(losses_.size(), 255u) << "too many distinct losses";
+  losses_.push_back(std::move(loss));
+  return static_cast<std::uint8_t>(losses_.size() - 1);
+}
+
+template <typename G>
+G Hierarchy<G>::WorldPose(int l, Index node) const {
+  const LevelNode<G>* record = &levels_[l]->nodes[node];
+  G pose = record->pose;
+  while (record->parent != kNone) {
+    record = &levels_[++l]->nodes[record->parent];
+    pose = record->pose * pose;
+  }
+  return pose;
+}
+
+template <typename G>
+G Hierarchy<G>::RelativePose(int l, Index a, Index b) const {
+  if (a == kNone) return WorldPose(l, b);
+  const LevelNode<G>*node_a = &levels_[l]->nodes[a], *node_b = &levels_[l]->nodes[b];
+  G pose_a = node_a->pose, pose_b = node_b->pose;
+  while (node_a->parent != node_b->parent) {
+    if (node_a->parent == kNone || node_b->parent == kNone) {
+      return WorldPose(l, a).Between(WorldPose(l, b));
+    }
+    ++l;
+    node_a = &levels_[l]->nodes[a = node_a->parent];
+    node_b = &levels_[l]->nodes[b = node_b->parent];
+    pose_a = node_a->pose * pose_a;
+    pose_b = node_b->pose * pose_b;
+  }
+  return pose_a.Between(pose_b);
+}
+
+template <typename G>
+void Hierarchy<G>::SetWorldPose(int l, Index node, const G& pose) {
+  LevelNode<G>& record = levels_[l]->nodes[node];
+  record.pose = record.parent == kNone ? pose.Normalized()
+                                       : WorldPose(l + 1, record.parent).Between(pose).Normalized();
+}
+
+template <typename G>
+Index Hierarchy<G>::Ancestor(Index node, int l) const {
+  for (int k = 0; k < l && node != kNone; ++k) node = levels_[k]->nodes[node].parent;
+  return node;
+}
+
+template <typename G>
+ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
+  const LevelEdge<G>& record = levels_[l]->edges[edge];
+  ceres_costs::FactorTerm<G> factor;
+  factor.term = &record.term;
+  if (l > 0) {
+    factor.convention = ceres_costs::ErrorConvention::kSplitLog;
+    return factor;
+  }
+  factor.convention = options_.convention;
+  factor.loss = losses_[record.loss].get();
+  if (record.extra) {
+    const Extra& extra = extras_.at(edge);
+    factor.offset = extra.offset.get();
+    factor.custom = extra.custom.get();
+  }
+  return factor;
+}
+
+template <typename G>
+double Hierarchy<G>::Merge(int l, Index edge) {
+  LevelEdge<G>& record = levels_[l]->edges[edge];
+  const bool galerkin = options_.coarse_edges == CoarseEdges::kGalerkin;
+  const CoarseEdge<G> merged =
+      galerkin ? GalerkinEdge(*this, l, edge) : CondensedEdge(*this, l, edge);
+  const double change = QuadraticChange(merged, record.merged ? &record.term : nullptr);
+  record.term = merged.term;
+  record.merged = true;
+  record.changed = 0;
+  return change;
+}
+
+template <typename G>
+void Hierarchy<G>::MarkDirty(int l, Index edge) {
+  LevelEdge<G>& record = levels_[l]->edges[edge];
+  if (record.dirty) return;
+  record.dirty = true;
+  levels_[l]->dirty.push_back(edge);
+}
+
+template <typename G>
+void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold) {
+  Level<G>& level = *levels_[l];
+  LevelEdge<G>& record = level.edges[edge];
+  if (record.pending == pending) return;
+  level.pending.erase({record.pending, edge});
+  record.pending = pending;
+  if (pending > threshold) level.pending.insert({pending, edge});
+}
+
+template <typename G>
+std::size_t Hierarchy<G>::MemoryBytes() const {
+  std::size_t bytes = extras_.size() * (sizeof(Extra) + 48);
+  for (const auto& level : levels_) {
+    bytes +=
+        level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->pending.size() * 48 +
+        (level->free_nodes.capacity() + level->free_edges.capacity() + level->dirty.capacity()) *
+            sizeof(Index);
+  }
+  return bytes;
+}
+
+template double ModularityWeight(const ceres_costs::RelativePoseTerm<ceres_costs::SE2>&);
+template double ModularityWeight(const ceres_costs::RelativePoseTerm<ceres_costs::SE3>&);
+template class Hierarchy<ceres_costs::SE2>;
+template class Hierarchy<ceres_costs::SE3>;
+
+}  // namespace hpgo

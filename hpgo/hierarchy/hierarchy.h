@@ -1,0 +1,132 @@
+// The hierarchy of groups over a pose graph (paper, section III), kept up to date as nodes and
+// edges come and go.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "hpgo/hierarchy/level.h"
+
+namespace hpgo {
+
+enum class CoarseEdges {
+  kGalerkin,   // the exact restriction of the fine edges at the current estimate
+  kCondensed,  // the paper's: mean and marginal covariance of a local subgraph
+};
+
+struct HierarchyOptions {
+  int max_group_size = 3;   // K; at least 2
+  int max_top_nodes = 150;  // T: a larger top gets a new level above it; at least 2
+  CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
+  ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;  // of level 0
+};
+
+// What an edge or prior on level 0 is made of.
+template <typename G>
+struct EdgeData {
+  ceres_costs::RelativePoseTerm<G> term;
+  double weight = 0;                                  // of the modularity; 0 for a prior
+  std::uint8_t loss = 0;                              // index given by AddLoss; 0 is none
+  std::shared_ptr<const ceres::CostFunction> custom;  // replaces the term's cost if set
+  std::shared_ptr<const G> offset;                    // of a prior: T_node_sensor
+};
+
+// The paper's W of a measurement (eq. 2): 1 / max(z' Omega z, 1e-6), z the twist of Z.
+template <typename G>
+double ModularityWeight(const ceres_costs::RelativePoseTerm<G>& term);
+
+// Levels are numbered from 0, the original graph. Every node but those of the top, and new ones
+// that AssignGroups has not seen, has a parent: its group. An edge between nodes of different
+// groups has a parent edge between the groups; one inside a group has none. Groups are connected.
+// Not synchronized. Each change costs O(levels x degree), independent of the number of nodes.
+template <typename G>
+class Hierarchy {
+ public:
+  explicit Hierarchy(const HierarchyOptions& options = {});
+
+  const HierarchyOptions& options() const { return options_; }
+  int num_levels() const { return static_cast<int>(levels_.size()); }
+  const Level<G>& level(int l) const { return *levels_[l]; }
+  // For those who keep pending, changed, dirty and scratch; links belong to this class.
+  Level<G>& mutable_level(int l) { return *levels_[l]; }
+
+  // --- Structure.
+  // A new node of level 0 at T_world_node; grouped by the next AssignGroups.
+  Index AddNode(const G& pose);
+  // An edge of level 0 from i to j, both alive; i is kNone for a prior on j.
+  Index AddEdge(Index i, Index j, const EdgeData<G>& data);
+  void RemoveEdge(Index edge);
+  // Removes the node with its edges.
+  void RemoveNode(Index node);
+  // Replaces measurement, information and weight of an edge.
+  void UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term, double weight);
+  // Algorithm 1 for the nodes without a group; builds a new level when the top has grown too large.
+  void AssignGroups();
+  void SetFixed(Index node, bool fixed);
+  // Registers a loss for EdgeData::loss.
+  std::uint8_t AddLoss(std::shared_ptr<const ceres::LossFunction> loss);
+
+  // --- Poses.
+  G WorldPose(int l, Index node) const;
+  // X_a^-1 X_b of two nodes of a level; a kNone: T_world_b.
+  G RelativePose(int l, Index a, Index b) const;
+  // Moves a node with all that is below it, so that it stands at T_world_node.
+  void SetWorldPose(int l, Index node, const G& pose);
+  Index Ancestor(Index node, int l) const;
+
+  // --- Edges.
+  ceres_costs::FactorTerm<G> FactorOf(int l, Index edge) const;
+  // Computes a coarse edge from its children at the current estimate; see coarse_edge.h.
+  // Returns how much the quadratic changed, in sqrt(chi2).
+  double Merge(int l, Index edge);
+  // Queues a coarse edge for merging.
+  void MarkDirty(int l, Index edge);
+  // Sets an edge's pending, and its place in the ordered set: there only from `threshold` on.
+  void SetPending(int l, Index edge, float pending, float threshold);
+
+  std::size_t MemoryBytes() const;
+
+ private:
+  struct Extra {
+    std::shared_ptr<const ceres::CostFunction> custom;
+    std::shared_ptr<const G> offset;
+  };
+  struct LevelItem {
+    int l;
+    Index index;
+  };
+
+  Index NewNode(int l, const G& pose);
+  void FreeNode(int l, Index node);
+  Index LinkEdge(int l, Index i, Index j, double weight);
+  void UnlinkEdge(int l, Index edge);
+  void AddWeight(int l, Index edge, double delta);
+  void Lift(int l, Index edge);
+  void Unlift(int l, Index edge);
+  void EraseEdge(int l, Index edge);
+  void Attach(int l, Index node, Index group);
+  void Detach(int l, Index node);
+  void DetachAndForget(int l, Index node);
+  void AssignGroup(int l, Index node);
+  void MarkAncestorsDirty(int l, Index edge);
+  void AddFixed(int l, Index node, int delta);
+  Index FindEdge(int l, Index i, Index j) const;
+  void RepairGroups();
+  bool SplitGroup(int l, Index group);
+  void AddLevel();
+  void DropEmptyTop();
+
+  HierarchyOptions options_;
+  std::vector<std::unique_ptr<Level<G>>> levels_;
+  std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
+  std::vector<LevelItem> suspects_;    // groups that may have come apart
+  std::map<Index, Extra> extras_;
+  std::vector<std::shared_ptr<const ceres::LossFunction>> losses_;
+};
+
+extern template class Hierarchy<ceres_costs::SE2>;
+extern template class Hierarchy<ceres_costs::SE3>;
+
+}  // namespace hpgo

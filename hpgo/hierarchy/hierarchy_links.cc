@@ -1,0 +1,358 @@
+// The links of the hierarchy: adjacency, parents, lifted edges, groups and their repair.
+
+#include <algorithm>
+
+#include "hpgo/hierarchy/grouping.h"
+#include "hpgo/hierarchy/hierarchy.h"
+
+namespace hpgo {
+
+template <typename G>
+Index Hierarchy<G>::NewNode(int l, const G& pose) {
+  Level<G>& level = *levels_[l];
+  Index node;
+  if (level.free_nodes.empty()) {
+    node = static_cast<Index>(level.nodes.size());
+    level.nodes.push_back(LevelNode<G>());
+  } else {
+    node = level.free_nodes.back();
+    level.free_nodes.pop_back();
+    level.nodes[node] = LevelNode<G>();
+  }
+  level.nodes[node].pose = pose.Normalized();
+  level.nodes[node].alive = true;
+  ++level.num_nodes;
+  return node;
+}
+
+template <typename G>
+void Hierarchy<G>::FreeNode(int l, Index node) {
+  Level<G>& level = *levels_[l];
+  level.nodes[node].alive = false;
+  level.free_nodes.push_back(node);
+  --level.num_nodes;
+}
+
+template <typename G>
+Index Hierarchy<G>::LinkEdge(int l, Index i, Index j, double weight) {
+  Level<G>& level = *levels_[l];
+  Index e;
+  if (level.free_edges.empty()) {
+    e = static_cast<Index>(level.edges.size());
+    level.edges.push_back(LevelEdge<G>());
+  } else {
+    e = level.free_edges.back();
+    level.free_edges.pop_back();
+    const LevelEdge<G>& old = level.edges[e];
+    LevelEdge<G> fresh;
+    fresh.generation = old.generation;
+    fresh.dirty = old.dirty;  // its index still waits in the list
+    level.edges[e] = fresh;
+  }
+  LevelEdge<G>& edge = level.edges[e];
+  edge.alive = true;
+  ++level.num_edges;
+  const Index ends[2] = {i, j};
+  for (int side = 0; side < 2; ++side) {
+    const Index end = edge.node[side] = ends[side];
+    if (end == kNone) continue;
+    LevelNode<G>& node = level.nodes[end];
+    edge.next[side] = node.first_edge;
+    if (node.first_edge != kNone) {
+      LevelEdge<G>& head = level.edges[node.first_edge];
+      head.prev[head.node[1] == end] = e;
+    }
+    node.first_edge = e;
+    ++node.degree;
+  }
+  AddWeight(l, e, weight);
+  return e;
+}
+
+template <typename G>
+void Hierarchy<G>::UnlinkEdge(int l, Index e) {
+  Level<G>& level = *levels_[l];
+  LevelEdge<G>& edge = level.edges[e];
+  for (int side = 0; side < 2; ++side) {
+    const Index end = edge.node[side];
+    if (end == kNone) continue;
+    LevelNode<G>& node = level.nodes[end];
+    if (edge.prev[side] == kNone) {
+      node.first_edge = edge.next[side];
+    } else {
+      LevelEdge<G>& prev = level.edges[edge.prev[side]];
+      prev.next[prev.node[1] == end] = edge.next[side];
+    }
+    if (edge.next[side] != kNone) {
+      LevelEdge<G>& next = level.edges[edge.next[side]];
+      next.prev[next.node[1] == end] = edge.prev[side];
+    }
+    if (--node.degree == 0) node.weight = 0;  // sheds the rounding
+  }
+  edge.alive = false;
+  ++edge.generation;
+  level.free_edges.push_back(e);
+  --level.num_edges;
+}
+
+template <typename G>
+void Hierarchy<G>::AddWeight(int l, Index e, double delta) {
+  if (delta == 0) return;
+  for (; e != kNone; e = levels_[l++]->edges[e].parent) {
+    Level<G>& level = *levels_[l];
+    LevelEdge<G>& edge = level.edges[e];
+    edge.weight += delta;
+    level.total_weight += delta;
+    for (const Index end : edge.node) {
+      if (end != kNone) level.nodes[end].weight += delta;
+    }
+  }
+}
+
+template <typename G>
+Index Hierarchy<G>::FindEdge(int l, Index i, Index j) const {
+  const Level<G>& level = *levels_[l];
+  if (i != kNone && level.nodes[i].degree < level.nodes[j].degree) std::swap(i, j);
+  for (Index e = level.nodes[j].first_edge; e != kNone;) {
+    const LevelEdge<G>& edge = level.edges[e];
+    const int side = edge.node[1] == j;
+    if (edge.node[1 - side] == i) return e;
+    e = edge.next[side];
+  }
+  return kNone;
+}
+
+template <typename G>
+void Hierarchy<G>::Lift(int l, Index e) {
+  if (l + 1 >= num_levels()) return;
+  LevelEdge<G>& edge = levels_[l]->edges[e];
+  const Level<G>& level = *levels_[l];
+  const Index p = edge.node[0] == kNone ? kNone : level.nodes[edge.node[0]].parent;
+  const Index q = level.nodes[edge.node[1]].parent;
+  if (q == kNone || (p == kNone && edge.node[0] != kNone) || p == q) return;
+  Index f = FindEdge(l + 1, p, q);
+  if (f == kNone) {
+    f = LinkEdge(l + 1, p, q, 0);
+    Lift(l + 1, f);
+  }
+  LevelEdge<G>& parent = levels_[l + 1]->edges[f];
+  edge.parent = f;
+  edge.next_sibling = parent.first_child;
+  edge.prev_sibling = kNone;
+  if (parent.first_child != kNone) levels_[l]->edges[parent.first_child].prev_sibling = e;
+  parent.first_child = e;
+  ++parent.num_children;
+  AddWeight(l + 1, f, edge.weight);
+  MarkAncestorsDirty(l, e);
+}
+
+template <typename G>
+void Hierarchy<G>::Unlift(int l, Index e) {
+  LevelEdge<G>& edge = levels_[l]->edges[e];
+  const Index f = edge.parent;
+  if (f == kNone) return;
+  LevelEdge<G>& parent = levels_[l + 1]->edges[f];
+  if (edge.prev_sibling == kNone) {
+    parent.first_child = edge.next_sibling;
+  } else {
+    levels_[l]->edges[edge.prev_sibling].next_sibling = edge.next_sibling;
+  }
+  if (edge.next_sibling != kNone) {
+    levels_[l]->edges[edge.next_sibling].prev_sibling = edge.prev_sibling;
+  }
+  edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
+  --parent.num_children;
+  AddWeight(l + 1, f, -edge.weight);
+  if (parent.num_children == 0) {
+    EraseEdge(l + 1, f);
+    return;
+  }
+  MarkDirty(l + 1, f);
+  MarkAncestorsDirty(l + 1, f);
+}
+
+template <typename G>
+void Hierarchy<G>::EraseEdge(int l, Index e) {
+  Level<G>& level = *levels_[l];
+  LevelEdge<G>& edge = level.edges[e];
+  Unlift(l, e);
+  if (edge.node[0] != kNone) {
+    const Index p = level.nodes[edge.node[0]].parent;
+    if (p != kNone && p == level.nodes[edge.node[1]].parent) suspects_.push_back({l + 1, p});
+  }
+  AddWeight(l, e, -edge.weight);
+  level.pending.erase({edge.pending, e});
+  if (edge.extra) extras_.erase(e);
+  UnlinkEdge(l, e);
+}
+
+// All of them: they gain or lose information even where no gradient changes.
+template <typename G>
+void Hierarchy<G>::MarkAncestorsDirty(int l, Index e) {
+  for (Index f = levels_[l]->edges[e].parent; f != kNone; f = levels_[l]->edges[f].parent) {
+    MarkDirty(++l, f);
+  }
+}
+
+template <typename G>
+void Hierarchy<G>::AddFixed(int l, Index node, int delta) {
+  for (; node != kNone; node = levels_[l++]->nodes[node].parent) {
+    std::int32_t& fixed = levels_[l]->nodes[node].fixed;
+    const bool before = fixed > 0;
+    fixed += delta;
+    if (before == (fixed > 0)) return;
+  }
+}
+
+template <typename G>
+void Hierarchy<G>::Attach(int l, Index n, Index group) {
+  LevelNode<G>& node = levels_[l]->nodes[n];
+  LevelNode<G>& parent = levels_[l + 1]->nodes[group];
+  node.pose = WorldPose(l + 1, group).Between(node.pose).Normalized();
+  node.parent = group;
+  node.next_sibling = parent.first_child;
+  node.prev_sibling = kNone;
+  if (parent.first_child != kNone) levels_[l]->nodes[parent.first_child].prev_sibling = n;
+  parent.first_child = n;
+  ++parent.num_children;
+  if (node.fixed > 0) AddFixed(l + 1, group, 1);
+  ForEachEdge(*levels_[l], n, [&](Index e, Index) { Lift(l, e); });
+}
+
+template <typename G>
+void Hierarchy<G>::Detach(int l, Index n) {
+  LevelNode<G>& node = levels_[l]->nodes[n];
+  const Index group = node.parent;
+  if (group == kNone) return;
+  const G pose = WorldPose(l, n);
+  ForEachEdge(*levels_[l], n, [&](Index e, Index) { Unlift(l, e); });
+  LevelNode<G>& parent = levels_[l + 1]->nodes[group];
+  if (node.prev_sibling == kNone) {
+    parent.first_child = node.next_sibling;
+  } else {
+    levels_[l]->nodes[node.prev_sibling].next_sibling = node.next_sibling;
+  }
+  if (node.next_sibling != kNone) {
+    levels_[l]->nodes[node.next_sibling].prev_sibling = node.prev_sibling;
+  }
+  node.parent = node.next_sibling = node.prev_sibling = kNone;
+  node.pose = pose.Normalized();
+  --parent.num_children;
+  if (node.fixed > 0) AddFixed(l + 1, group, -1);
+  if (parent.num_children == 0) {
+    DetachAndForget(l + 1, group);
+  } else {
+    suspects_.push_back({l + 1, group});
+  }
+}
+
+template <typename G>
+void Hierarchy<G>::DetachAndForget(int l, Index node) {
+  Detach(l, node);
+  FreeNode(l, node);
+}
+
+template <typename G>
+void Hierarchy<G>::AssignGroup(int l, Index n) {
+  if (l + 1 >= num_levels()) return;
+  const Level<G>& level = *levels_[l];
+  const LevelNode<G>& node = level.nodes[n];
+  if (node.parent != kNone && levels_[l + 1]->nodes[node.parent].num_children > 1) return;
+  std::vector<GroupCandidate> candidates;
+  ForEachEdge(level, n, [&](Index e, Index other) {
+    if (other == kNone) return;
+    const Index group = level.nodes[other].parent;
+    if (group == kNone || group == node.parent) return;
+    auto it = std::find_if(candidates.begin(), candidates.end(),
+                           [&](const GroupCandidate& c) { return c.group == group; });
+    if (it == candidates.end()) {
+      GroupCandidate candidate;
+      candidate.group = group;
+      for (Index c = levels_[l + 1]->nodes[group].first_child; c != kNone;
+           c = level.nodes[c].next_sibling) {
+        ++candidate.size;
+        candidate.group_weight += level.nodes[c].weight;
+      }
+      it = candidates.insert(candidates.end(), candidate);
+    }
+    it->weight_to_group += level.edges[e].weight;
+  });
+  const int best = BestGroup(candidates, node.weight, level.total_weight, options_.max_group_size);
+  if (best >= 0) {
+    Detach(l, n);
+    Attach(l, n, candidates[best].group);
+  } else if (node.parent == kNone) {
+    const Index group = NewNode(l + 1, node.pose);
+    Attach(l, n, group);
+    AssignGroup(l + 1, group);
+  }
+}
+
+template <typename G>
+bool Hierarchy<G>::SplitGroup(int l, Index group) {
+  if (l >= num_levels() || !levels_[l]->nodes[group].alive) return false;
+  const Level<G>& below = *levels_[l - 1];
+  std::vector<Index> members;
+  for (Index c = levels_[l]->nodes[group].first_child; c != kNone;
+       c = below.nodes[c].next_sibling) {
+    members.push_back(c);
+  }
+  std::size_t reached = 1;  // members[0, reached) are connected within the group
+  for (std::size_t k = 0; k < reached; ++k) {
+    ForEachEdge(below, members[k], [&](Index, Index other) {
+      const auto it = std::find(members.begin() + reached, members.end(), other);
+      if (it != members.end()) std::swap(*it, members[reached++]);
+    });
+  }
+  for (std::size_t k = reached; k < members.size(); ++k) Detach(l - 1, members[k]);
+  for (std::size_t k = reached; k < members.size(); ++k) AssignGroup(l - 1, members[k]);
+  return reached < members.size();
+}
+
+template <typename G>
+void Hierarchy<G>::RepairGroups() {
+  while (!suspects_.empty()) {
+    // Lowest level first: a repair may take groups apart further up.
+    const auto lowest =
+        std::min_element(suspects_.begin(), suspects_.end(),
+                         [](const LevelItem& a, const LevelItem& b) { return a.l < b.l; });
+    const LevelItem item = *lowest;
+    suspects_.erase(lowest);
+    SplitGroup(item.l, item.index);
+  }
+  DropEmptyTop();
+}
+
+template <typename G>
+void Hierarchy<G>::AddLevel() {
+  levels_.push_back(std::make_unique<Level<G>>());
+  const int l = num_levels() - 2;
+  for (Index n = 0; n < static_cast<Index>(levels_[l]->nodes.size()); ++n) {
+    if (levels_[l]->nodes[n].alive) AssignGroup(l, n);
+  }
+}
+
+template <typename G>
+void Hierarchy<G>::DropEmptyTop() {
+  // Half of T, so that a graph that grows and shrinks does not build and drop levels in turns.
+  while (num_levels() > 1 && levels_[num_levels() - 2]->num_nodes <= options_.max_top_nodes / 2) {
+    Level<G>& level = *levels_[num_levels() - 2];
+    const int l = num_levels() - 2;
+    for (Index n = 0; n < static_cast<Index>(level.nodes.size()); ++n) {
+      LevelNode<G>& node = level.nodes[n];
+      if (!node.alive || node.parent == kNone) continue;
+      node.pose = WorldPose(l, n).Normalized();
+      node.parent = node.next_sibling = node.prev_sibling = kNone;
+    }
+    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+      LevelEdge<G>& edge = level.edges[e];
+      edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
+    }
+    levels_.pop_back();
+  }
+}
+
+template class Hierarchy<ceres_costs::SE2>;
+template class Hierarchy<ceres_costs::SE3>;
+
+}  // namespace hpgo

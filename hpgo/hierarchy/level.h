@@ -1,0 +1,89 @@
+// One level of the hierarchy: nodes and edges in stable storage, linked into adjacency lists.
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "ceres_costs/factor_term.h"
+#include "hpgo/hierarchy/chunked_vector.h"
+
+namespace hpgo {
+
+using Index = std::int32_t;         // of a node or an edge within its level
+inline constexpr Index kNone = -1;  // no such node or edge; as an edge's first end: the world frame
+
+template <typename G>
+struct LevelNode {
+  G pose;  // T_parent_node; T_world_node where there is no parent
+  Index parent = kNone;
+  Index first_child = kNone, num_children = 0;  // on the level below
+  Index next_sibling = kNone, prev_sibling = kNone;
+  Index first_edge = kNone, degree = 0;
+  std::int32_t fixed = 0;  // level 0: is it constant; above: how many children hold a constant node
+  bool alive = false;
+  // Scratch of whoever walks the level: valid where stamp equals the walker's.
+  std::uint32_t stamp = 0;
+  Index scratch = 0;
+  double weight = 0;  // k: the sum of the weights of its edges (paper, eq. 1)
+};
+
+template <typename G>
+struct LevelEdge {
+  ceres_costs::RelativePoseTerm<G> term;
+  Index node[2] = {kNone, kNone};  // node[0] is kNone for a prior: the world frame
+  Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};  // adjacency lists of the two ends
+  Index parent = kNone;                                      // on the level above
+  Index first_child = kNone, num_children = 0;               // on the level below
+  Index next_sibling = kNone, prev_sibling = kNone;
+  double weight = 0;  // W of the modularity (paper, eq. 2); above level 0 the sum of the children's
+  float pending = 0;  // an unexamined change on this level, in sqrt(chi2)
+  float changed = 0;  // the change of the children since this edge was last merged, in sqrt(chi2)
+  float chi2 = 0;     // level 0: the cost when it was last evaluated
+  bool alive = false;
+  bool merged = false;           // above level 0: the term holds a merge
+  bool dirty = false;            // is in Level::dirty
+  bool extra = false;            // level 0: has more data than fits here (offset, custom cost)
+  std::uint8_t loss = 0;         // level 0: index of the loss
+  std::uint32_t generation = 0;  // counts the edges that have had this index
+};
+
+template <typename G>
+struct Level {
+  // The ordered set of pending edges: largest first, then the lower index.
+  struct ByPending {
+    bool operator()(const std::pair<float, Index>& a, const std::pair<float, Index>& b) const {
+      return a.first != b.first ? a.first > b.first : a.second < b.second;
+    }
+  };
+
+  ChunkedVector<LevelNode<G>> nodes;
+  ChunkedVector<LevelEdge<G>> edges;
+  std::vector<Index> free_nodes, free_edges;  // indices to use again
+  Index num_nodes = 0, num_edges = 0;         // alive
+  double total_weight = 0;                    // m (paper, eq. 1)
+  std::set<std::pair<float, Index>, ByPending> pending;
+  std::vector<Index> dirty;  // edges to merge; may hold dead ones
+};
+
+// The end of an edge away from `node`; kNone is the world frame.
+template <typename G>
+Index OtherEnd(const LevelEdge<G>& edge, Index node) {
+  return edge.node[0] == node ? edge.node[1] : edge.node[0];
+}
+
+// Calls visit(edge index, other end) for the edges of a node, newest first. The visitor may not
+// change the node's adjacency.
+template <typename G, typename Visitor>
+void ForEachEdge(const Level<G>& level, Index node, Visitor&& visit) {
+  for (Index e = level.nodes[node].first_edge; e != kNone;) {
+    const LevelEdge<G>& edge = level.edges[e];
+    const int side = edge.node[1] == node;
+    const Index next = edge.next[side];
+    visit(e, edge.node[1 - side]);
+    e = next;
+  }
+}
+
+}  // namespace hpgo

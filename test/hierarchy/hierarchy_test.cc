@@ -1,0 +1,248 @@
+#include "hpgo/hierarchy/hierarchy.h"
+
+#include <random>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "hpgo/hierarchy/consistency.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+template <typename G>
+class HierarchyTest : public testing::Test {
+ protected:
+  G RandomPose(double size) {
+    typename G::Tangent d;
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int k = 0; k < G::kDof; ++k) d(k) = size * uniform(rng_);
+    return G::Exp(d);
+  }
+  // A noisy measurement of `T_i_j` with dense information.
+  EdgeData<G> RandomEdge(const G& T_i_j) {
+    EdgeData<G> data;
+    data.term.measurement = T_i_j * RandomPose(0.2);
+    typename G::Matrix information = G::Matrix::Random();
+    information = information * information.transpose() + G::Matrix::Identity();
+    data.term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
+    data.weight = ModularityWeight(data.term);
+    return data;
+  }
+  EdgeData<G> RandomEdge() { return RandomEdge(RandomPose(1)); }
+  // A chain of nodes with edges to random earlier ones, grouped after every node.
+  void Grow(Hierarchy<G>* hierarchy, int nodes, double closures) {
+    std::uniform_real_distribution<double> uniform(0, 1);
+    G pose;
+    for (int k = 0; k < nodes; ++k) {
+      const Index n = hierarchy->AddNode(pose);
+      const auto connect = [&](Index other) {
+        edges_.push_back(
+            hierarchy->AddEdge(other, n, RandomEdge(hierarchy->RelativePose(0, other, n))));
+      };
+      if (!nodes_.empty()) connect(nodes_.back());
+      for (double c = closures; nodes_.size() > 10 && uniform(rng_) < c; c -= 1) {
+        const Index other = nodes_[static_cast<std::size_t>(uniform(rng_) * nodes_.size() * 0.9)];
+        connect(other);
+      }
+      nodes_.push_back(n);
+      hierarchy->AssignGroups();
+      pose = pose * RandomPose(1);
+    }
+  }
+  void MergeAll(Hierarchy<G>* hierarchy) {
+    for (int l = 1; l < hierarchy->num_levels(); ++l) {
+      Level<G>& level = hierarchy->mutable_level(l);
+      for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+        if (level.edges[e].alive) hierarchy->Merge(l, e);
+        level.edges[e].dirty = false;
+      }
+      level.dirty.clear();
+    }
+  }
+
+  std::mt19937 rng_{7};
+  std::vector<Index> nodes_, edges_;
+};
+
+using Groups = testing::Types<SE2, SE3>;
+TYPED_TEST_SUITE(HierarchyTest, Groups);
+
+TYPED_TEST(HierarchyTest, IsConsistentAfterEveryInsertion) {
+  HierarchyOptions options;
+  options.max_top_nodes = 12;
+  Hierarchy<TypeParam> hierarchy(options);
+  for (int k = 0; k < 200; ++k) {
+    this->Grow(&hierarchy, 1, 0.6);
+    ASSERT_EQ(FindInconsistency(hierarchy), "") << "after node " << k;
+  }
+  EXPECT_GE(hierarchy.num_levels(), 3);
+}
+
+TYPED_TEST(HierarchyTest, ReducesAlmostThreefold) {
+  Hierarchy<TypeParam> hierarchy;
+  this->Grow(&hierarchy, 5000, 0.3);
+  for (int l = 0; l + 2 < hierarchy.num_levels(); ++l) {
+    const double ratio =
+        static_cast<double>(hierarchy.level(l).num_nodes) / hierarchy.level(l + 1).num_nodes;
+    EXPECT_GT(ratio, 2.5) << l;
+    EXPECT_LE(ratio, 3.0) << l;
+  }
+}
+
+TYPED_TEST(HierarchyTest, KeepsWorldPosesThroughGrouping) {
+  HierarchyOptions options;
+  options.max_top_nodes = 5;
+  Hierarchy<TypeParam> hierarchy(options);
+  std::vector<TypeParam> poses;
+  std::vector<Index> nodes;
+  TypeParam pose;
+  for (int k = 0; k < 60; ++k) {
+    nodes.push_back(hierarchy.AddNode(pose));
+    if (k > 0) hierarchy.AddEdge(nodes[k - 1], nodes[k], this->RandomEdge());
+    hierarchy.AssignGroups();
+    poses.push_back(pose);
+    pose = pose * this->RandomPose(1);
+  }
+  for (int k = 0; k < 60; ++k) {
+    EXPECT_LT(poses[k].LocalCoordinates(hierarchy.WorldPose(0, nodes[k])).norm(), 1e-9) << k;
+  }
+}
+
+TYPED_TEST(HierarchyTest, SurvivesRandomRemovals) {
+  for (int seed = 0; seed < 20; ++seed) {
+    this->rng_.seed(seed);
+    this->nodes_.clear();
+    this->edges_.clear();
+    HierarchyOptions options;
+    options.max_top_nodes = 6;
+    Hierarchy<TypeParam> hierarchy(options);
+    this->Grow(&hierarchy, 60, 0.7);
+    std::uniform_int_distribution<int> choice(0, 3);
+    for (int step = 0; step < 80; ++step) {
+      std::vector<Index> alive;
+      for (Index n = 0; n < static_cast<Index>(hierarchy.level(0).nodes.size()); ++n) {
+        if (hierarchy.level(0).nodes[n].alive) alive.push_back(n);
+      }
+      std::vector<Index> alive_edges;
+      for (Index e = 0; e < static_cast<Index>(hierarchy.level(0).edges.size()); ++e) {
+        if (hierarchy.level(0).edges[e].alive) alive_edges.push_back(e);
+      }
+      if (alive.size() < 3) break;
+      const auto pick = [&](const std::vector<Index>& from) {
+        return from[std::uniform_int_distribution<std::size_t>(0, from.size() - 1)(this->rng_)];
+      };
+      const int action = choice(this->rng_);
+      if (action == 0) {
+        hierarchy.RemoveNode(pick(alive));
+      } else if (action == 1 && !alive_edges.empty()) {
+        hierarchy.RemoveEdge(pick(alive_edges));
+      } else if (action == 2) {
+        const Index a = pick(alive), b = pick(alive);
+        if (a != b) hierarchy.AddEdge(a, b, this->RandomEdge());
+        hierarchy.AddEdge(kNone, a, this->RandomEdge());
+      } else {
+        hierarchy.SetFixed(pick(alive), step % 2 == 0);
+      }
+      hierarchy.AssignGroups();
+      ASSERT_EQ(FindInconsistency(hierarchy), "")
+          << "seed " << seed << " step " << step << " action " << action;
+    }
+  }
+}
+
+// The change of the objective under a small correction of one group equals that of the coarse edges.
+TYPED_TEST(HierarchyTest, GalerkinEdgesMatchTheFineObjective) {
+  using Tangent = typename TypeParam::Tangent;
+  HierarchyOptions options;
+  options.max_top_nodes = 8;
+  Hierarchy<TypeParam> hierarchy(options);
+  this->Grow(&hierarchy, 60, 0.7);
+  hierarchy.AddEdge(kNone, this->nodes_[5],
+                    this->RandomEdge(hierarchy.WorldPose(0, this->nodes_[5])));
+  this->MergeAll(&hierarchy);
+  ASSERT_GE(hierarchy.num_levels(), 3);
+  const auto cost = [&](int l) {
+    double sum = 0;
+    const Level<TypeParam>& level = hierarchy.level(l);
+    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+      const auto& edge = level.edges[e];
+      if (!edge.alive) continue;
+      sum += FactorCost(hierarchy.FactorOf(l, e), edge.node[0] == kNone,
+                        hierarchy.RelativePose(l, edge.node[0], edge.node[1]));
+    }
+    return sum;
+  };
+  const int top = hierarchy.num_levels() - 1;
+  for (Index n = 0; n < static_cast<Index>(hierarchy.level(top).nodes.size()); ++n) {
+    if (!hierarchy.level(top).nodes[n].alive) continue;
+    for (int k = 0; k < TypeParam::kDof; ++k) {
+      const TypeParam before = hierarchy.WorldPose(top, n);
+      double fine[3], coarse[3];
+      const double h = 1e-3;
+      for (int s = -1; s <= 1; ++s) {
+        Tangent d = Tangent::Zero();
+        d(k) = s * h;
+        hierarchy.SetWorldPose(top, n, before.Retract(d));
+        fine[s + 1] = cost(0);
+        coarse[s + 1] = cost(top);
+      }
+      hierarchy.SetWorldPose(top, n, before);
+      const double fine_gradient = (fine[2] - fine[0]) / (2 * h);
+      const double coarse_gradient = (coarse[2] - coarse[0]) / (2 * h);
+      EXPECT_NEAR(fine_gradient, coarse_gradient, 2e-3 * (1 + std::abs(fine_gradient)));
+    }
+  }
+}
+
+TYPED_TEST(HierarchyTest, CondensedEdgesAreExactWhereMeasurementsAgree) {
+  // With measurements that agree with the poses, both kinds say the same: the current estimate.
+  HierarchyOptions options;
+  options.max_top_nodes = 8;
+  for (const CoarseEdges kind : {CoarseEdges::kGalerkin, CoarseEdges::kCondensed}) {
+    options.coarse_edges = kind;
+    Hierarchy<TypeParam> hierarchy(options);
+    std::vector<TypeParam> poses;
+    for (int k = 0; k < 60; ++k) {
+      poses.push_back(k == 0 ? TypeParam() : poses.back() * this->RandomPose(1));
+      hierarchy.AddNode(poses[k]);
+      for (const int other : {k - 1, k - 7}) {
+        if (other < 0) continue;
+        EdgeData<TypeParam> data = this->RandomEdge();
+        data.term.measurement = poses[other].Between(poses[k]);
+        hierarchy.AddEdge(other, k, data);
+      }
+      hierarchy.AssignGroups();
+    }
+    this->MergeAll(&hierarchy);
+    for (int l = 1; l < hierarchy.num_levels(); ++l) {
+      const Level<TypeParam>& level = hierarchy.level(l);
+      for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+        if (!level.edges[e].alive) continue;
+        const TypeParam T =
+            hierarchy.RelativePose(l, level.edges[e].node[0], level.edges[e].node[1]);
+        EXPECT_LT(T.LocalCoordinates(level.edges[e].term.measurement).norm(), 1e-6);
+      }
+    }
+  }
+}
+
+TYPED_TEST(HierarchyTest, GivesTheSameBitsForTheSameCalls) {
+  TypeParam last[2];
+  for (int run = 0; run < 2; ++run) {
+    this->rng_.seed(3);
+    this->nodes_.clear();
+    std::srand(5);  // Eigen's Random
+    Hierarchy<TypeParam> hierarchy;
+    this->Grow(&hierarchy, 1000, 0.4);
+    this->MergeAll(&hierarchy);
+    last[run] = hierarchy.level(hierarchy.num_levels() - 1).edges[0].term.measurement;
+  }
+  for (int k = 0; k < TypeParam::kParams; ++k) EXPECT_EQ(last[0].data()[k], last[1].data()[k]);
+}
+
+}  // namespace
+}  // namespace hpgo
