@@ -1,5 +1,12 @@
 #include "tools/common_flags.h"
 
+#include "hpgo/solve/full_solve.h"
+
+namespace {
+// A default of the solver stands in its options alone.
+const hpgo::FullSolveOptions kSolve;
+}  // namespace
+
 DEFINE_bool(quiet, false, "print no messages and no progress; warnings and errors remain");
 DEFINE_string(output, "", "the file to write; - is the standard output");
 DEFINE_string(stats_json, "",
@@ -16,8 +23,9 @@ DEFINE_bool(create_missing, false,
 DEFINE_string(error, "g2o",
               "the error of an edge: g2o (translation and quaternion vector part; x, y, theta in "
               "2D) or log (the logarithm of the pose)");
-DEFINE_string(loss, "none", "the robust loss: none, huber, cauchy, tukey, geman_mcclure or dcs");
-DEFINE_double(loss_scale, 1.0,
+DEFINE_string(loss, kSolve.loss,
+              "the robust loss: none, huber, cauchy, tukey, geman_mcclure or dcs");
+DEFINE_double(loss_scale, kSolve.loss_scale,
               "the whitened error (standard deviations) at which the robust loss begins to bend");
 DEFINE_string(loss_on, "closures", "the edges with the robust loss: closures or all");
 
@@ -26,5 +34,6 @@ DEFINE_string(
     "where the poses start: file, odometry, spanning_tree, chordal, or auto (the one with "
     "the lowest chi2)");
 DEFINE_string(engine, "ceres", "the solver: ceres or block");
-DEFINE_int32(max_iterations, 100, "the largest number of iterations");
-DEFINE_double(max_seconds, 1e9, "the time limit in seconds; the best result so far is written");
+DEFINE_int32(max_iterations, kSolve.max_iterations, "the largest number of iterations");
+DEFINE_double(max_seconds, kSolve.max_seconds,
+              "the time limit in seconds; the best result so far is written");
