@@ -40,6 +40,8 @@ std::string Wrapped(const std::string& text, const std::string& indent) {
 std::string FlagHelp(const std::string& name) {
   gflags::CommandLineFlagInfo info;
   if (!gflags::GetCommandLineFlagInfo(name.c_str(), &info)) return "";
+  // The only flag that is not ours.
+  if (name == "v") info.description = "log what the solvers do to stderr, more with 2 and 3";
   std::string head = "  --" + name;
   std::string preset = info.default_value;
   if (info.type == "string") {
