@@ -33,8 +33,9 @@ struct FullSolveOptions {
   // The solve ends when an iteration decreases the cost by less than this share. To be loosened
   // when an approximate optimum is enough.
   double function_tolerance = 1e-10;
-  // Smaller where a far-off start makes the first steps too bold; see Ceres.
-  double initial_trust_region_radius = 1e4;
+  // Of Levenberg-Marquardt; so large it begins undamped, and shrinks where that does not help.
+  // From 1e4, Ceres' default, parking-garage takes 27 iterations, from this 7.
+  double initial_trust_region_radius = 1e12;
   // Set from elsewhere (another thread, a signal handler) to stop after the current iteration.
   const std::atomic<bool>* cancel = nullptr;
   // Called after each iteration with its number and the cost so far; may be empty.

@@ -1,0 +1,335 @@
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "ceres_costs/losses.h"
+#include "hpgo/evaluate/chi2.h"
+#include "hpgo/graph/edge_classes.h"
+#include "hpgo/io/g2o_reader.h"
+#include "hpgo/io/g2o_writer.h"
+#include "hpgo/io/output_file.h"
+#include "hpgo/solve/full_solve.h"
+#include "hpgo/solve/solver_factory.h"
+#include "nlohmann/json.hpp"
+#include "tools/command.h"
+#include "tools/commands.h"
+#include "tools/common_flags.h"
+#include "tools/console.h"
+#include "tools/signals.h"
+
+DEFINE_bool(edge_report, false, "print the ten edges with the largest chi2 after the optimization");
+
+namespace hpgo_cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using nlohmann::ordered_json;
+
+constexpr int kReportedEdges = 10;
+
+double SecondsSince(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// The options the flags ask for; false after a message if one of them has no such value.
+bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
+  const std::optional<hpgo::InitMethod> init = hpgo::ParseInitMethod(FLAGS_init);
+  if (!init.has_value()) {
+    FailUsage("--init=" + FLAGS_init + ": must be file, odometry, spanning_tree, chordal or auto");
+    return false;
+  }
+  const std::optional<hpgo::Engine> engine = hpgo::ParseEngine(FLAGS_engine);
+  if (!engine.has_value()) {
+    FailUsage("--engine=" + FLAGS_engine + ": must be ceres or block");
+    return false;
+  }
+  if (FLAGS_error != "g2o" && FLAGS_error != "log") {
+    FailUsage("--error=" + FLAGS_error + ": must be g2o or log");
+    return false;
+  }
+  if (FLAGS_loss_on != "closures" && FLAGS_loss_on != "all") {
+    FailUsage("--loss_on=" + FLAGS_loss_on + ": must be closures or all");
+    return false;
+  }
+  std::unique_ptr<ceres::LossFunction> loss;
+  std::string error;
+  if (!ceres_costs::MakeLoss(FLAGS_loss, FLAGS_loss_scale, &loss, &error)) {
+    FailUsage("--loss: " + error);
+    return false;
+  }
+  if (FLAGS_max_iterations < 0) {
+    FailUsage("--max_iterations=" + std::to_string(FLAGS_max_iterations) +
+              ": must not be negative");
+    return false;
+  }
+  if (!(FLAGS_max_seconds >= 0)) {
+    FailUsage("--max_seconds=" + std::to_string(FLAGS_max_seconds) + ": must not be negative");
+    return false;
+  }
+  if (FLAGS_output == "-" && FLAGS_stats_json == "-") {
+    FailUsage("--output and --stats_json cannot both be the standard output");
+    return false;
+  }
+  options->init = *init;
+  options->engine = *engine;
+  options->convention = FLAGS_error == "g2o" ? ceres_costs::ErrorConvention::kG2o
+                                             : ceres_costs::ErrorConvention::kTwist;
+  options->loss = FLAGS_loss;
+  options->loss_scale = FLAGS_loss_scale;
+  options->loss_on =
+      FLAGS_loss_on == "all" ? hpgo::LossScope::kAllEdges : hpgo::LossScope::kLoopClosures;
+  options->max_iterations = FLAGS_max_iterations;
+  options->max_seconds = FLAGS_max_seconds;
+  options->cancel = &CancelFlag();
+  return true;
+}
+
+std::string ConventionText() {
+  return FLAGS_error == "g2o" ? "sum of e' Omega e, g2o error" : "sum of e' Omega e, log error";
+}
+
+struct ReportedEdge {
+  hpgo::NodeId from = 0, to = 0;
+  bool is_closure = false;
+  double chi2 = 0;
+  double translation_m = 0, rotation_deg = 0;
+};
+
+template <typename G>
+std::vector<ReportedEdge> FindWorstEdges(const hpgo::PoseGraph<G>& graph,
+                                         ceres_costs::ErrorConvention convention) {
+  hpgo::Chi2Options options;
+  options.convention = convention;
+  const std::vector<bool> closures = hpgo::LoopClosures(graph);
+  std::vector<ReportedEdge> reported;
+  for (const hpgo::WorstEdge& worst :
+       hpgo::WorstEdges(hpgo::EvaluateChi2(graph, options).edges, kReportedEdges)) {
+    const hpgo::GraphEdge<G>& edge = graph.edges()[worst.edge];
+    const hpgo::GraphNode<G>&i = graph.nodes()[edge.i], &j = graph.nodes()[edge.j];
+    const typename G::Tangent deviation = DeviationError(
+        ceres_costs::ErrorConvention::kSplitLog, edge.measurement.Between(i.pose.Between(j.pose)));
+    constexpr double kDegrees = 180 / 3.14159265358979323846;
+    reported.push_back({i.id, j.id, closures[worst.edge], worst.chi2,
+                        deviation.template head<G::kDim>().norm(),
+                        deviation.template tail<G::kRotationDof>().norm() * kDegrees});
+  }
+  return reported;
+}
+
+void PrintWorstEdges(const std::vector<ReportedEdge>& edges, double total) {
+  // A result, but never between the lines of another one.
+  const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_json == "-";
+  const auto line = stdout_taken ? Message : Print;
+  char text[160];
+  std::snprintf(text, sizeof(text), "%12s %12s  %-8s %14s %8s %10s %10s", "from", "to", "kind",
+                "chi2", "share", "metres", "degrees");
+  line(text);
+  for (const ReportedEdge& edge : edges) {
+    std::snprintf(text, sizeof(text), "%12lld %12lld  %-8s %14s %6.2f %% %10.4g %10.4g",
+                  static_cast<long long>(edge.from), static_cast<long long>(edge.to),
+                  edge.is_closure ? "closure" : "odometry", FormatNumber(edge.chi2).c_str(),
+                  total > 0 ? 100 * edge.chi2 / total : 0, edge.translation_m, edge.rotation_deg);
+    line(text);
+  }
+}
+
+// What the file holds, for people.
+template <typename G>
+void DescribeInput(const std::string& name, const hpgo::PoseGraph<G>& graph,
+                   const hpgo::ReadReport& report, double seconds) {
+  for (const std::string& warning : report.warnings) Warn(warning);
+  Message("read " + Bold(name) + ": " + std::to_string(G::kDim) + "D, " +
+          Plural(graph.nodes().size(), "node") + ", " + Plural(graph.edges().size(), "edge") +
+          ", " + Plural(graph.priors().size(), "prior") + " in " + FormatDuration(seconds));
+  if (report.edges_only) Message("no vertices: poses are composed from the edges");
+}
+
+void DescribeResult(const hpgo::FullSolveReport& report) {
+  Message(Plural(report.components, "component") + ", " +
+          Plural(report.loop_closures, "loop closure") + ", " + Plural(report.held_nodes, "node") +
+          " held");
+  std::string init = std::string("start: ") + hpgo::InitMethodName(report.init);
+  if (report.candidates.size() > 1) {
+    init += ", the lowest cost of";
+    for (const hpgo::InitCandidate& candidate : report.candidates) {
+      init += std::string(" ") + hpgo::InitMethodName(candidate.method) + " " +
+              (candidate.status.ok() ? FormatNumber(candidate.cost) : "(failed)");
+    }
+  }
+  Message(init);
+  Message("chi2 " + FormatNumber(report.chi2_before) + " -> " +
+          Bold(FormatNumber(report.chi2_after)) + " (" + ConventionText() + ")");
+  if (FLAGS_loss != "none") {
+    Message("cost with " + FLAGS_loss + " " + FormatNumber(report.cost_before) + " -> " +
+            FormatNumber(report.cost_after));
+  }
+  Message(Plural(report.iterations, "iteration") + " in " + FormatDuration(report.seconds) +
+          (report.converged ? ", converged" : ", not converged"));
+}
+
+ordered_json InputJson(const std::string& name, int dimension, std::size_t nodes, std::size_t edges,
+                       std::size_t priors, const hpgo::ReadReport& report) {
+  ordered_json tags = ordered_json::object();
+  for (const auto& [tag, count] : report.tags) tags[tag] = count;
+  return {{"file", name},
+          {"dimension", dimension},
+          {"nodes", nodes},
+          {"edges", edges},
+          {"priors", priors},
+          {"bytes", report.bytes},
+          {"lines", report.lines},
+          {"tags", tags},
+          {"unknown_lines", report.unknown},
+          {"landmark_lines", report.landmarks},
+          {"duplicate_vertices", report.duplicate_vertices},
+          {"normalized_quaternions", report.normalized_quaternions},
+          {"semidefinite_informations", report.semidefinite_informations},
+          {"projected_informations", report.projected_informations},
+          {"created_nodes", report.created_nodes},
+          {"edges_only", report.edges_only},
+          {"warnings", report.warnings}};
+}
+
+ordered_json ResultJson(const hpgo::FullSolveReport& report) {
+  ordered_json candidates = ordered_json::array();
+  for (const hpgo::InitCandidate& candidate : report.candidates) {
+    ordered_json entry = {{"method", hpgo::InitMethodName(candidate.method)},
+                          {"seconds", candidate.seconds}};
+    if (candidate.status.ok()) {
+      entry["cost"] = candidate.cost;
+    } else {
+      entry["error"] = candidate.status.message();
+    }
+    candidates.push_back(entry);
+  }
+  return {{"status", report.status.ToString()},
+          {"converged", report.converged},
+          {"engine", FLAGS_engine},
+          {"error", FLAGS_error},
+          {"loss", FLAGS_loss},
+          {"loss_scale", FLAGS_loss_scale},
+          {"loss_on", FLAGS_loss_on},
+          {"components", report.components},
+          {"loop_closures", report.loop_closures},
+          {"held_nodes", report.held_nodes},
+          {"anchored_nodes", report.anchored},
+          {"init", hpgo::InitMethodName(report.init)},
+          {"init_candidates", candidates},
+          {"chi2_before", report.chi2_before},
+          {"chi2_start", report.chi2_start},
+          {"chi2_after", report.chi2_after},
+          {"cost_before", report.cost_before},
+          {"cost_start", report.cost_start},
+          {"cost_after", report.cost_after},
+          {"iterations", report.iterations},
+          {"seconds",
+           {{"init", report.init_seconds},
+            {"solve", report.solve_seconds},
+            {"total", report.seconds}}}};
+}
+
+// Optimizes and writes; `json` gets what --stats_json prints.
+template <typename G>
+int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, ordered_json* json) {
+  hpgo::FullSolveReport report;
+  {
+    Progress progress;
+    if (progress.enabled()) {
+      options.progress = [&progress](int iteration, double cost) {
+        progress.Show("iteration " + std::to_string(iteration) + ", cost " + FormatNumber(cost));
+      };
+    }
+    report = hpgo::SolveFull(options, &file->graph);
+  }
+  json->update(ResultJson(report));
+  const bool interrupted = report.status.code() == hpgo::StatusCode::kInterrupted;
+  if (!report.status.ok() && !interrupted) return Fail(report.status);
+
+  if (interrupted) Warn("interrupted; the result is the best so far");
+  DescribeResult(report);
+  if (FLAGS_edge_report) {
+    const std::vector<ReportedEdge> worst = FindWorstEdges(file->graph, options.convention);
+    PrintWorstEdges(worst, report.chi2_after);
+    for (const ReportedEdge& edge : worst) {
+      (*json)["worst_edges"].push_back({{"from", edge.from},
+                                        {"to", edge.to},
+                                        {"closure", edge.is_closure},
+                                        {"chi2", edge.chi2},
+                                        {"translation_m", edge.translation_m},
+                                        {"rotation_deg", edge.rotation_deg}});
+    }
+  }
+  if (!FLAGS_output.empty()) {
+    const hpgo::Status written = hpgo::WriteG2o(*file, FLAGS_output);
+    if (!written.ok()) return Fail(written);
+    if (FLAGS_output != "-") Message("wrote " + FLAGS_output);
+  }
+  if (interrupted) return kExitInterrupted;
+  if (report.converged) return kExitOk;
+  Warn("a limit ended the optimization before it converged; the result is usable");
+  return kExitLimit;
+}
+
+int Run(const std::vector<std::string>& arguments) {
+  hpgo::FullSolveOptions options;
+  if (!OptionsFromFlags(&options)) return kExitUsage;
+  const std::string& input = arguments[0];
+  hpgo::ReadOptions read_options;
+  read_options.strict = FLAGS_strict;
+  read_options.project_information = FLAGS_project_information;
+  read_options.create_missing = FLAGS_create_missing;
+  const Clock::time_point begin = Clock::now();
+  hpgo::ReadReport report;
+  hpgo::Result<hpgo::AnyGraphFile> file = hpgo::ReadG2o(input, read_options, &report);
+  if (!file.ok()) return Fail(file.status());
+  const double read_seconds = SecondsSince(begin);
+
+  return std::visit(
+      [&](auto& graph_file) {
+        const auto& graph = graph_file.graph;
+        using G = typename std::decay_t<decltype(graph)>::Group;
+        DescribeInput(input, graph, report, read_seconds);
+        ordered_json json;
+        json["input"] = InputJson(input, G::kDim, graph.nodes().size(), graph.edges().size(),
+                                  graph.priors().size(), report);
+        const int exit_code = OptimizeFile(options, &graph_file, &json);
+        json["seconds"]["read"] = read_seconds;
+        json["exit_code"] = exit_code;
+        if (FLAGS_stats_json.empty()) return exit_code;
+        const hpgo::Status written = hpgo::WriteTextFile(FLAGS_stats_json, json.dump(2) + "\n");
+        return written.ok() ? exit_code : Fail(written);
+      },
+      *file);
+}
+
+}  // namespace
+
+const Command& OptimizeCommand() {
+  static const Command* command =
+      new Command{"optimize",
+                  "INPUT",
+                  "Moves the poses of a g2o or TORO file to where its edges agree best.",
+                  1,
+                  1,
+                  {"output", "stats_json", "init", "engine", "error", "loss", "loss_scale",
+                   "loss_on", "max_iterations", "max_seconds", "edge_report", "strict",
+                   "project_information", "create_missing"},
+                  &Run,
+                  "Prints what it read, the chi2 before and after, iterations and time. Fixed "
+                  "nodes (FIX) stay;\n"
+                  "a component with neither a fixed node nor a prior keeps its first node. Ctrl-C "
+                  "once ends it\n"
+                  "after the current iteration and writes what there is (exit code 130).\n\n"
+                  "Examples:\n"
+                  "  hpgo optimize map.g2o --output=optimized.g2o\n"
+                  "  hpgo optimize map.g2o --loss=dcs --edge_report --stats_json=stats.json\n"};
+  return *command;
+}
+
+}  // namespace hpgo_cli
