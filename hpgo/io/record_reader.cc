@@ -93,15 +93,24 @@ bool RecordReader<G>::CheckBlock(typename G::Matrix* information) {
     ++counts_->semidefinite_informations;
     return true;
   }
+  const std::string_view text = FieldSpan(text_, 1 + tag_->ids + tag_->pose, tag_->information);
+  if (kind == InformationKind::kNotFinite) {
+    Fail("information is too large", text);
+    return false;
+  }
   const std::string what = "information is not positive semi-definite, smallest eigenvalue " +
                            ShortNumber(ceres_costs::InformationEigenvalues<N>(block).min);
-  const std::string_view text = FieldSpan(text_, 1 + tag_->ids + tag_->pose, tag_->information);
   if (!options_.project_information) {
     const bool toro = tag_->toro_order && options_.edge2_order == Edge2Order::kToro;
     Fail(what + (toro ? " (in TORO's order xx xy yy tt xt yt)" : ""), text);
     return false;
   }
-  information->template topLeftCorner<N, N>() = ceres_costs::ProjectInformation<N>(block);
+  const Eigen::Matrix<double, N, N> projected = ceres_costs::ProjectInformation<N>(block);
+  if (!projected.allFinite()) {
+    Fail("information is too large", text);
+    return false;
+  }
+  information->template topLeftCorner<N, N>() = projected;
   ++counts_->projected_informations;
   log_->Warn(WarningKind::kProjected, number_, what + ", projected", text);
   return true;
