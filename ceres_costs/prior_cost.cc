@@ -16,8 +16,7 @@ struct PriorResidual {
   bool operator()(const S* x, S* residuals) const {
     const GroupT<S> D =
         measurement.template Cast<S>().Between(GroupT<S>(x) * offset.template Cast<S>());
-    Eigen::Map<typename GroupT<S>::Tangent> r(residuals);
-    r = whitening.template cast<S>() * DeviationError(convention, D);
+    ApplyWhitening(whitening, DeviationError(convention, D), residuals);
     return true;
   }
 
@@ -53,7 +52,10 @@ void PriorCost<G>::Reset(const G& measurement, const G* offset, const typename G
                          ErrorConvention convention) {
   convention_ = convention;
   has_offset_ = offset != nullptr;
-  offset_ = has_offset_ ? *offset : G();
+  if (has_offset_) {
+    offset_ = *offset;
+    offset_inverse_adjoint_ = offset->InverseAdjoint();
+  }
   measurement_ = measurement;
   whitening_ = whitening;
 }
@@ -73,7 +75,7 @@ bool PriorCost<G>::Evaluate(double const* const* parameters, double* residuals,
   typename G::Matrix WJ;
   WJ.noalias() = whitening_ * J;
   // X Exp(d) P = X P Exp(Ad(P^-1) d).
-  if (has_offset_) WJ = WJ * offset_.Inverse().Adjoint();
+  if (has_offset_) WJ = WJ * offset_inverse_adjoint_;
   WriteJacobian(jacobians_, X, WJ, jacobians[0]);
   return true;
 }

@@ -34,6 +34,7 @@ class PriorCost final : public ceres::SizedCostFunction<G::kDof, G::kParams> {
   ErrorConvention convention_ = ErrorConvention::kG2o;
   bool has_offset_ = false;
   G measurement_, offset_;
+  typename G::Matrix offset_inverse_adjoint_;  // set with the offset
   typename G::Matrix whitening_ = G::Matrix::Identity();
 };
 

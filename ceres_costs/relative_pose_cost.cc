@@ -18,8 +18,7 @@ struct RelativePoseResidual {
   bool operator()(const S* x_i, const S* x_j, S* residuals) const {
     const GroupT<S> D =
         measurement.template Cast<S>().Between(GroupT<S>(x_i).Between(GroupT<S>(x_j)));
-    Eigen::Map<typename GroupT<S>::Tangent> r(residuals);
-    r = whitening.template cast<S>() * DeviationError(convention, D);
+    ApplyWhitening(whitening, DeviationError(convention, D), residuals);
     return true;
   }
 
@@ -72,7 +71,7 @@ bool RelativePoseCost<G>::Evaluate(double const* const* parameters, double* resi
   if (jacobians[1] != nullptr) WriteJacobian(jacobians_, X_j, WJ_j, jacobians[1]);
   if (jacobians[0] != nullptr) {
     typename G::Matrix WJ_i;
-    WJ_i.noalias() = -WJ_j * T_i_j.Inverse().Adjoint();
+    WJ_i.noalias() = -WJ_j * T_i_j.InverseAdjoint();
     WriteJacobian(jacobians_, X_i, WJ_i, jacobians[0]);
   }
   return true;

@@ -101,6 +101,15 @@ class SE2T {
     m(1, 2) = -data_[0];
     return m;
   }
+  // Ad(T^-1), for the price of one matrix().
+  Matrix InverseAdjoint() const {
+    Matrix m = Matrix::Identity();
+    m.template topLeftCorner<2, 2>() = matrix().transpose();
+    const Vector t = m.template topLeftCorner<2, 2>() * translation();
+    m(0, 2) = -t(1);
+    m(1, 2) = t(0);
+    return m;
+  }
 
   template <typename N>
   SE2T<N> Cast() const {

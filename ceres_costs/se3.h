@@ -97,6 +97,16 @@ class SE3T {
     m.template bottomRightCorner<3, 3>() = r;
     return m;
   }
+  // Ad(T^-1) = [R', -R' [t]x; 0, R'].
+  Matrix InverseAdjoint() const {
+    const RotationMatrix r = matrix().transpose();
+    Matrix m;
+    m.template topLeftCorner<3, 3>() = r;
+    m.template topRightCorner<3, 3>() = -r * Skew(translation());
+    m.template bottomLeftCorner<3, 3>().setZero();
+    m.template bottomRightCorner<3, 3>() = r;
+    return m;
+  }
 
   template <typename N>
   SE3T<N> Cast() const {

@@ -40,6 +40,16 @@ template <int N>
 [[nodiscard]] bool WhitenInformation(const Eigen::Matrix<double, N, N>& information,
                                      Eigen::Matrix<double, N, N>* W);
 
+// W e over any scalar. Jets multiply by doubles here; a matrix of Jets would cost twice as much.
+template <typename S, int N>
+void ApplyWhitening(const Eigen::Matrix<double, N, N>& W, const Eigen::Matrix<S, N, 1>& e,
+                    S* residuals) {
+  for (int r = 0; r < N; ++r) {
+    residuals[r] = W(r, 0) * e(0);
+    for (int c = 1; c < N; ++c) residuals[r] += W(r, c) * e(c);
+  }
+}
+
 // The matrix with the same eigenvectors whose eigenvalues are raised to at least 1e-9 times the
 // largest; zero if none is positive. Every entry must be finite.
 template <int N>

@@ -126,6 +126,7 @@ TYPED_TEST(GroupTest, AdjointMovesAPerturbationToTheOtherSide) {
     const double scale = 1 + T.translation().norm();
     EXPECT_TRUE(IsSamePose(T * G::Exp(d), G::Exp(T.Adjoint() * d) * T, 1e-12));
     EXPECT_TRUE(IsNear(T.Adjoint() * T.Inverse().Adjoint(), G::Matrix::Identity(), 1e-12 * scale));
+    EXPECT_TRUE(IsNear(T.InverseAdjoint(), T.Inverse().Adjoint(), 1e-14 * scale));
     const G b = RandomPose<G>(&rng, 3);
     EXPECT_TRUE(IsNear((T * b).Adjoint(), T.Adjoint() * b.Adjoint(), 1e-12 * scale));
   }
