@@ -19,6 +19,9 @@ DEFINE_bool(project_information, false,
             "are, instead of rejecting the file");
 DEFINE_bool(create_missing, false,
             "compose the pose of a node that only edges name, instead of rejecting the file");
+DEFINE_bool(row_major_edge2, false,
+            "the information of EDGE2 lines is in row-major order, as RTAB-Map and GTSAM write it, "
+            "not in TORO's");
 
 DEFINE_string(error, "g2o",
               "the error of an edge: g2o (translation and quaternion vector part; x, y, theta in "
@@ -37,3 +40,7 @@ DEFINE_string(engine, "ceres", "the solver: ceres or block");
 DEFINE_int32(max_iterations, kSolve.max_iterations, "the largest number of iterations");
 DEFINE_double(max_seconds, kSolve.max_seconds,
               "the time limit in seconds; the best result so far is written");
+
+DEFINE_string(plane, "",
+              "the ground plane on which 3D poses are seen in 2D: xy (z up) or xz (a camera's "
+              "frame, as KITTI's: planar x = z, planar y = -x)");

@@ -13,6 +13,7 @@ DECLARE_uint64(seed);
 DECLARE_bool(strict);
 DECLARE_bool(project_information);
 DECLARE_bool(create_missing);
+DECLARE_bool(row_major_edge2);
 
 // What is minimized.
 DECLARE_string(error);
@@ -25,3 +26,6 @@ DECLARE_string(init);
 DECLARE_string(engine);
 DECLARE_int32(max_iterations);
 DECLARE_double(max_seconds);
+
+// Seeing 3D poses in 2D (pose_source.h).
+DECLARE_string(plane);
