@@ -11,6 +11,7 @@ hpgo::ReadOptions ReadOptionsFromFlags() {
   options.strict = FLAGS_strict;
   options.project_information = FLAGS_project_information;
   options.create_missing = FLAGS_create_missing;
+  if (FLAGS_row_major_edge2) options.edge2_order = hpgo::Edge2Order::kRowMajor;
   return options;
 }
 

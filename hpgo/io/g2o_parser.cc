@@ -128,7 +128,8 @@ void G2oParser<G>::ParseRecord(LineFields* fields, std::string_view name) {
       if (name.substr(0, 6) == "VERTEX" && fields->Read(&id)) other_vertices_.insert(id);
       KeepVerbatim();
       if (options_.strict && last_tag_->count == 1) {
-        record_.Fail(tag.type == RecordType::kUnknown ? "unknown tag" : "landmark", name);
+        record_.Fail(
+            tag.type == RecordType::kUnknown ? "unknown tag" : "landmarks are not optimized", name);
       }
       break;
     }

@@ -92,7 +92,7 @@ TEST(OddCases, LandmarksAreCountedAndKept) {
       report.warnings,
       ElementsAre("f:3: landmarks are not optimized, 1 line kept as they are: 'VERTEX_XY'",
                   "f:4: landmarks are not optimized, 2 lines kept as they are: 'EDGE_SE2_XY'"));
-  EXPECT_EQ(ErrorOf(text, Strict()), "f:3: landmark: 'VERTEX_XY'");
+  EXPECT_EQ(ErrorOf(text, Strict()), "f:3: landmarks are not optimized: 'VERTEX_XY'");
   EXPECT_THAT(
       WarningsOf(Two3d("VERTEX_TRACKXYZ 9 1 2 3\nEDGE_SE3_TRACKXYZ 0 9 0 1 1 1 1 0 0 1 0 1\n")),
       ElementsAre(
