@@ -11,7 +11,6 @@
 #include "ceres_costs/losses.h"
 #include "hpgo/evaluate/chi2.h"
 #include "hpgo/graph/edge_classes.h"
-#include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/g2o_writer.h"
 #include "hpgo/io/output_file.h"
 #include "hpgo/solve/full_solve.h"
@@ -21,6 +20,7 @@
 #include "tools/commands.h"
 #include "tools/common_flags.h"
 #include "tools/console.h"
+#include "tools/read_graph.h"
 #include "tools/signals.h"
 
 DEFINE_bool(edge_report, false, "print the ten edges with the largest chi2 after the optimization");
@@ -143,7 +143,6 @@ void PrintWorstEdges(const std::vector<ReportedEdge>& edges, double total) {
 template <typename G>
 void DescribeInput(const std::string& name, const hpgo::PoseGraph<G>& graph,
                    const hpgo::ReadReport& report, double seconds) {
-  for (const std::string& warning : report.warnings) Warn(warning);
   Message("read " + Bold(name) + ": " + std::to_string(G::kDim) + "D, " +
           Plural(graph.nodes().size(), "node") + ", " + Plural(graph.edges().size(), "edge") +
           ", " + Plural(graph.priors().size(), "prior") + " in " + FormatDuration(seconds));
@@ -280,13 +279,9 @@ int Run(const std::vector<std::string>& arguments) {
   hpgo::FullSolveOptions options;
   if (!OptionsFromFlags(&options)) return kExitUsage;
   const std::string& input = arguments[0];
-  hpgo::ReadOptions read_options;
-  read_options.strict = FLAGS_strict;
-  read_options.project_information = FLAGS_project_information;
-  read_options.create_missing = FLAGS_create_missing;
   const Clock::time_point begin = Clock::now();
   hpgo::ReadReport report;
-  hpgo::Result<hpgo::AnyGraphFile> file = hpgo::ReadG2o(input, read_options, &report);
+  hpgo::Result<hpgo::AnyGraphFile> file = ReadGraph(input, &report);
   if (!file.ok()) return Fail(file.status());
   const double read_seconds = SecondsSince(begin);
 
@@ -319,7 +314,7 @@ const Command& OptimizeCommand() {
                   1,
                   {"output", "stats_json", "init", "engine", "error", "loss", "loss_scale",
                    "loss_on", "max_iterations", "max_seconds", "edge_report", "strict",
-                   "project_information", "create_missing"},
+                   "project_information", "create_missing", "row_major_edge2"},
                   &Run,
                   "Prints what it read, the chi2 before and after, iterations and time. Fixed "
                   "nodes (FIX) stay;\n"

@@ -33,8 +33,10 @@ class Watch final : public ceres::IterationCallback {
       : options_(options), begin_(begin) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    // That of a rejected step is the cost it would have led to.
+    if (summary.iteration == 0 || summary.cost < best_cost_) best_cost_ = summary.cost;
     if (options_.progress && summary.iteration > 0) {
-      options_.progress(summary.iteration, kCeresFactor * summary.cost);
+      options_.progress(summary.iteration, kCeresFactor * best_cost_);
     }
     cancelled_ = options_.cancel != nullptr && *options_.cancel;
     const bool late = SecondsSince(begin_) > options_.max_seconds;
@@ -45,6 +47,7 @@ class Watch final : public ceres::IterationCallback {
  private:
   const SubproblemOptions& options_;
   const Clock::time_point begin_;
+  double best_cost_ = 0;
   bool cancelled_ = false;
 };
 

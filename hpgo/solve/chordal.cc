@@ -16,31 +16,24 @@ namespace {
 // so that the systems are positive definite.
 constexpr double kWeightFloor = 1e-9;
 
-// P with tr(P) I - P = S, S the information of the rotation when the translation is free. Where S
-// is too far from isotropic there is no such P that is positive semi-definite: the nearest one.
+// Half the mean information of the rotation's coordinates when the translation is free: the Schur
+// complement of the translation. One number an edge: a matrix that reproduces each direction's
+// information would often be singular, which costs far more than it brings.
 template <typename G>
-typename G::RotationMatrix RotationWeight(const typename G::Matrix& information) {
+double RotationWeight(const typename G::Matrix& information) {
   constexpr int d = G::kDim, r = G::kRotationDof;
-  using Rotational = Eigen::Matrix<double, r, r>;
   const Eigen::SelfAdjointEigenSolver<typename G::RotationMatrix> translational(
       information.template topLeftCorner<d, d>());
   const Eigen::Matrix<double, d, r> coupling =
       translational.eigenvectors().transpose() * information.template topRightCorner<d, r>();
-  Rotational S = information.template bottomRightCorner<r, r>();
+  double trace = information.template bottomRightCorner<r, r>().trace();
   for (int k = 0; k < d; ++k) {
     const double value = translational.eigenvalues()(k);
     if (value > 1e-12 * translational.eigenvalues()(d - 1)) {
-      S -= coupling.row(k).transpose() * coupling.row(k) / value;
+      trace -= coupling.row(k).squaredNorm() / value;
     }
   }
-  if constexpr (d == 2) {
-    return 0.5 * std::max(S(0, 0), 0.0) * Eigen::Matrix2d::Identity();
-  } else {
-    const Eigen::SelfAdjointEigenSolver<Rotational> spectrum(
-        0.5 * S.trace() * Rotational::Identity() - S);
-    return spectrum.eigenvectors() * spectrum.eigenvalues().cwiseMax(0.0).asDiagonal() *
-           spectrum.eigenvectors().transpose();
-  }
+  return 0.5 * std::max(trace, 0.0) / r;
 }
 
 template <typename G>
@@ -66,7 +59,7 @@ class Chordal {
       const int i = unknown_[edge.i], j = unknown_[edge.j];
       if (i != kKnown && j != kKnown) pairs.emplace_back(i, j);
     }
-    BlockSystem<d> system(unknowns_, pairs);
+    ChordalSystem<d> system(unknowns_, pairs);
     if (!SolveRotations(&system)) {
       return Status(StatusCode::kNoSolution, "chordal rotations: the system is singular");
     }
@@ -83,34 +76,33 @@ class Chordal {
   using Block = typename G::RotationMatrix;
   using Vector = typename G::Vector;
 
-  // The transposed rotations Y: each edge asks for Y_j = R_ij' Y_i, weighted by P.
-  bool SolveRotations(BlockSystem<d>* system) {
-    std::vector<Block> weights;
+  // The transposed rotations Y: each edge asks for Y_j = R_ij' Y_i, weighted by p.
+  bool SolveRotations(ChordalSystem<d>* system) {
+    std::vector<double> weights;
     double total = 0;
     const auto add = [&](const typename G::Matrix& information) {
       weights.push_back(RotationWeight<G>(information));
-      total += weights.back().trace();
+      total += weights.back();
     };
     for (const GraphEdge<G>& edge : graph_.edges()) add(edge.information);
     for (const GraphPrior<G>& prior : graph_.priors()) add(prior.information);
-    const double floor = kWeightFloor * total / weights.size() / d + kTiny;
+    const double floor = kWeightFloor * total / static_cast<double>(weights.size()) + kTiny;
 
     system->Reset(d);
     std::size_t k = 0;
     for (const GraphEdge<G>& edge : graph_.edges()) {
-      const Block P = weights[k++] + floor * Block::Identity();
-      const Block R = edge.measurement.matrix();
-      const Block RP = R * P;
-      AddRelative<d>(edge.i, edge.j, RP * R.transpose(), -RP, P, Block::Zero(), Block::Zero(),
-                     poses_[edge.i].matrix().transpose(), poses_[edge.j].matrix().transpose(),
-                     system);
+      const double p = weights[k++] + floor;
+      const Block P = p * Block::Identity();
+      AddRelative<d>(edge.i, edge.j, P, -p * edge.measurement.matrix(), P, Block::Zero(),
+                     Block::Zero(), poses_[edge.i].matrix().transpose(),
+                     poses_[edge.j].matrix().transpose(), system);
     }
     for (const GraphPrior<G>& prior : graph_.priors()) {
-      const Block RP = prior.offset.matrix() * weights[k++];
+      const double p = weights[k++];
       const int u = unknown_[prior.node];
       if (u == kKnown) continue;
-      system->AddDiagonal(u, RP * prior.offset.matrix().transpose());
-      system->AddRight(u, RP * prior.measurement.matrix().transpose());
+      system->AddDiagonal(u, p * Block::Identity());
+      system->AddRight(u, p * prior.offset.matrix() * prior.measurement.matrix().transpose());
     }
     if (!system->Solve()) return false;
     for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -123,13 +115,13 @@ class Chordal {
 
   // With e_t = B (t_j - t_i) - c and e_r known, the objective's part in t is
   // e_t' W e_t + 2 e_t' a, where a = Omega_tr e_r.
-  bool SolveTranslations(BlockSystem<d>* system) {
+  bool SolveTranslations(ChordalSystem<d>* system) {
     double total = 0;
     for (const GraphEdge<G>& edge : graph_.edges()) {
       total += edge.information.template topLeftCorner<d, d>().trace();
     }
-    const double edges = std::max<double>(1, graph_.edges().size());
-    const double floor = kWeightFloor * total / edges / d + kTiny;
+    const double floor =
+        kWeightFloor * total / static_cast<double>(graph_.edges().size()) / d + kTiny;
 
     system->Reset(1);
     for (const GraphEdge<G>& edge : graph_.edges()) {
@@ -175,7 +167,7 @@ class Chordal {
                    const Eigen::Matrix<double, d, columns>& b_i,
                    const Eigen::Matrix<double, d, columns>& b_j,
                    const Eigen::Matrix<double, d, columns>& x_i,
-                   const Eigen::Matrix<double, d, columns>& x_j, BlockSystem<d>* system) {
+                   const Eigen::Matrix<double, d, columns>& x_j, ChordalSystem<d>* system) {
     const int u = unknown_[i], v = unknown_[j];
     if (u != kKnown) {
       system->AddDiagonal(u, A_ii);

@@ -1,10 +1,10 @@
 // Chordal initial guess: two linear least-squares problems instead of one that is not convex.
 //
-// Rotations first, relaxed to any d x d matrices: the sum over edges of |(R_j - R_i R_ij) M|_F^2,
-// then each R projected to SO(d). With R_j = R_i R_ij Exp(phi) a summand is
-// phi' (tr(P) I - P) phi + O(phi^3), P = M M', so that P is chosen to give back the rotational
-// information. Translations second, with the rotations held: exactly the objective, which is then
-// quadratic. (Martinec and Pajdla, CVPR 2007; Carlone et al., ICRA 2015.)
+// Rotations first, relaxed to any d x d matrices: the sum over edges of p |R_j - R_i R_ij|_F^2,
+// then each R projected to SO(d). With R_j = R_i R_ij Exp(phi) a summand is 2 p |phi|^2 +
+// O(|phi|^4), so that p is half the rotational information. Translations second, with the rotations
+// held: exactly the objective, which is then quadratic. (Martinec and Pajdla, CVPR 2007; Carlone et
+// al., ICRA 2015.)
 #pragma once
 
 #include <vector>

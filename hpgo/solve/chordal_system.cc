@@ -1,13 +1,13 @@
 #include "hpgo/solve/chordal_system.h"
 
-#include <utility>
+#include <algorithm>
 
 #include "Eigen/OrderingMethods"
 
 namespace hpgo {
 
 template <int d>
-BlockSystem<d>::BlockSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs)
+ChordalSystem<d>::ChordalSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs)
     : rank_(unknowns), diagonal_(unknowns) {
   std::vector<Eigen::Triplet<double>> entries;
   entries.reserve(2 * pairs.size() + unknowns);
@@ -24,14 +24,14 @@ BlockSystem<d>::BlockSystem(int unknowns, const std::vector<std::pair<int, int>>
 }
 
 template <int d>
-void BlockSystem<d>::Reset(int columns) {
+void ChordalSystem<d>::Reset(int columns) {
   std::fill(diagonal_.begin(), diagonal_.end(), Block::Zero());
   lower_.clear();
   right_.setZero(d * static_cast<Eigen::Index>(rank_.size()), columns);
 }
 
 template <int d>
-void BlockSystem<d>::AddOffDiagonal(int i, int j, const Block& block) {
+void ChordalSystem<d>::AddOffDiagonal(int i, int j, const Block& block) {
   const bool below = rank_[i] > rank_[j];
   const int row = d * rank_[below ? i : j], column = d * rank_[below ? j : i];
   for (int r = 0; r < d; ++r) {
@@ -42,7 +42,7 @@ void BlockSystem<d>::AddOffDiagonal(int i, int j, const Block& block) {
 }
 
 template <int d>
-bool BlockSystem<d>::Solve() {
+bool ChordalSystem<d>::Solve() {
   for (int k = 0; k < static_cast<int>(diagonal_.size()); ++k) {
     for (int r = 0; r < d; ++r) {
       for (int c = 0; c <= r; ++c) lower_.emplace_back(d * k + r, d * k + c, diagonal_[k](r, c));
@@ -58,7 +58,7 @@ bool BlockSystem<d>::Solve() {
   return right_.allFinite();
 }
 
-template class BlockSystem<2>;
-template class BlockSystem<3>;
+template class ChordalSystem<2>;
+template class ChordalSystem<3>;
 
 }  // namespace hpgo

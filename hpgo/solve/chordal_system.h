@@ -1,6 +1,7 @@
 // Sparse symmetric positive definite systems with one d x d block per unknown node.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "Eigen/Core"
@@ -9,15 +10,15 @@
 
 namespace hpgo {
 
-// Used as Reset, Add..., Solve; the sparsity pattern is that of the first Solve: the ordering is
-// found once, on blocks. Not synchronized.
+// Used as Reset, Add..., Solve, any number of times on one pattern, which is ordered once and on
+// blocks. Not synchronized.
 template <int d>
-class BlockSystem {
+class ChordalSystem {
  public:
   using Block = Eigen::Matrix<double, d, d>;
 
-  // `pairs` are the unknowns that share off-diagonal blocks, smaller or larger index first.
-  BlockSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs);
+  // `pairs` are the unknowns that share off-diagonal blocks; each gets one in every use.
+  ChordalSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs);
 
   void Reset(int columns);
   // Adds to the diagonal block, the off-diagonal block (i, j) and its transpose, the right side.
@@ -42,7 +43,7 @@ class BlockSystem {
   bool analyzed_ = false;
 };
 
-extern template class BlockSystem<2>;
-extern template class BlockSystem<3>;
+extern template class ChordalSystem<2>;
+extern template class ChordalSystem<3>;
 
 }  // namespace hpgo

@@ -58,10 +58,6 @@ class FullSolve {
       return Status(StatusCode::kInvalidArgument, error);
     }
     solver_ = MakeSolver<G>(options_.engine);
-    if (solver_ == nullptr) {
-      return Status(StatusCode::kInvalidArgument,
-                    std::string("engine ") + EngineName(options_.engine) + " is not available");
-    }
     std::vector<bool> robust = LoopClosures(graph_);
     report_.loop_closures = static_cast<int>(std::count(robust.begin(), robust.end(), true));
     if (options_.loss_on == LossScope::kAllEdges) robust.assign(robust.size(), true);

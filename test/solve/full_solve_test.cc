@@ -1,0 +1,411 @@
+#include "hpgo/solve/full_solve.h"
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "independent_solver.h"
+#include "small_graphs.h"
+
+namespace hpgo {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+template <typename G>
+bool SameBits(const G& a, const G& b) {
+  return std::memcmp(a.data(), b.data(), sizeof(double) * G::kParams) == 0;
+}
+
+template <typename G>
+void ForgetPoses(PoseGraph<G>* graph) {
+  for (std::size_t k = 0; k < graph->nodes().size(); ++k) {
+    graph->node(k).pose = G();
+    graph->node(k).has_pose = false;
+  }
+}
+
+// Appends the nodes and edges of `part`; ids must differ.
+template <typename G>
+void Append(const PoseGraph<G>& part, PoseGraph<G>* graph) {
+  const int offset = static_cast<int>(graph->nodes().size());
+  for (const GraphNode<G>& node : part.nodes()) ASSERT_TRUE(graph->AddNode(node).ok());
+  for (GraphEdge<G> edge : part.edges()) {
+    edge.i += offset;
+    edge.j += offset;
+    ASSERT_TRUE(graph->AddEdge(edge).ok());
+  }
+}
+
+template <typename G>
+class FullSolveTest : public ::testing::Test {};
+using Groups = ::testing::Types<SE2, SE3>;
+TYPED_TEST_SUITE(FullSolveTest, Groups);
+
+TYPED_TEST(FullSolveTest, ReachesTheOptimumFromEveryStart) {
+  KnownGraph<TypeParam> known = MakeKnownGraph<TypeParam>(40, 0.05, 1);
+  PoseGraph<TypeParam> at_truth = known.graph;
+  for (int k = 0; k < 40; ++k) at_truth.node(k).pose = known.truth[k];
+  const double optimum = IndependentSolver<TypeParam>(at_truth, 0).Solve();
+  ASSERT_GT(optimum, 1e-3);
+
+  for (const InitMethod init : {InitMethod::kFile, InitMethod::kOdometry, InitMethod::kSpanningTree,
+                                InitMethod::kChordal, InitMethod::kAuto}) {
+    SCOPED_TRACE(InitMethodName(init));
+    PoseGraph<TypeParam> graph = known.graph;
+    FullSolveOptions options;
+    options.init = init;
+    const FullSolveReport report = SolveFull(options, &graph);
+    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_TRUE(report.converged);
+    EXPECT_NEAR(report.chi2_after, optimum, 1e-6 * optimum);
+    EXPECT_GT(report.chi2_before, 1.5 * optimum);
+    EXPECT_EQ(report.cost_after, report.chi2_after);
+    EXPECT_EQ(report.components, 1);
+    EXPECT_EQ(report.held_nodes, 1);
+    EXPECT_EQ(report.loop_closures, 11);
+    EXPECT_THAT(report.anchored, ElementsAre(0));
+    EXPECT_LT(LargestDistance(graph, known.truth), 1);
+    EXPECT_TRUE(SameBits(graph.nodes()[0].pose, known.graph.nodes()[0].pose));
+  }
+}
+
+TYPED_TEST(FullSolveTest, MinimizesTheTwistErrorOnRequest) {
+  const KnownGraph<TypeParam> known = MakeKnownGraph<TypeParam>(40, 0.2, 2);
+  PoseGraph<TypeParam> g2o = known.graph, twist = known.graph;
+  FullSolveOptions options;
+  const FullSolveReport g2o_report = SolveFull(options, &g2o);
+  options.convention = ceres_costs::ErrorConvention::kTwist;
+  const FullSolveReport twist_report = SolveFull(options, &twist);
+  EXPECT_TRUE(twist_report.converged);
+  EXPECT_GT(std::abs(twist_report.chi2_after / g2o_report.chi2_after - 1), 1e-3);
+  // In the other's convention each does worse than the other.
+  options.init = InitMethod::kFile;
+  options.max_iterations = 0;
+  EXPECT_GT(SolveFull(options, &g2o).chi2_after, twist_report.chi2_after);
+  options.convention = ceres_costs::ErrorConvention::kG2o;
+  EXPECT_GT(SolveFull(options, &twist).chi2_after, g2o_report.chi2_after);
+}
+
+TYPED_TEST(FullSolveTest, SolvesEveryComponentAndKeepsTheFirstNodeOfEach) {
+  PoseGraph<TypeParam> first = MakeKnownGraph<TypeParam>(20, 0.05, 3, 500).graph;
+  PoseGraph<TypeParam> second = MakeKnownGraph<TypeParam>(25, 0.05, 4, 100).graph;
+  PoseGraph<TypeParam> both = first;
+  Append(second, &both);
+  GraphNode<TypeParam> alone;
+  alone.id = 7;
+  alone.pose = TypeParam(both.nodes()[3].pose);
+  ASSERT_TRUE(both.AddNode(alone).ok());
+  const PoseGraph<TypeParam> before = both;
+
+  const FullSolveReport report = SolveFull(FullSolveOptions(), &both);
+  ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_EQ(report.components, 3);
+  EXPECT_THAT(report.anchored, ElementsAre(500, 100, 7));
+  const double sum = SolveFull(FullSolveOptions(), &first).chi2_after +
+                     SolveFull(FullSolveOptions(), &second).chi2_after;
+  EXPECT_NEAR(report.chi2_after, sum, 1e-7 * sum);
+  for (const int held : {0, 20, 45}) {
+    EXPECT_TRUE(SameBits(both.nodes()[held].pose, before.nodes()[held].pose)) << held;
+  }
+}
+
+TYPED_TEST(FullSolveTest, FixedNodesNeverMoveByABit) {
+  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 5).graph;
+  for (const int k : {4, 17, 18, 29}) graph.node(k).fixed = true;
+  const PoseGraph<TypeParam> before = graph;
+  for (const InitMethod init : {InitMethod::kFile, InitMethod::kChordal, InitMethod::kAuto}) {
+    graph = before;
+    FullSolveOptions options;
+    options.init = init;
+    const FullSolveReport report = SolveFull(options, &graph);
+    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_TRUE(report.converged);
+    EXPECT_EQ(report.held_nodes, 4);
+    EXPECT_THAT(report.anchored, IsEmpty());
+    EXPECT_LT(report.chi2_after, report.chi2_before);
+    for (const int k : {4, 17, 18, 29}) {
+      EXPECT_TRUE(SameBits(graph.nodes()[k].pose, before.nodes()[k].pose)) << k;
+    }
+    EXPECT_FALSE(SameBits(graph.nodes()[0].pose, before.nodes()[0].pose));
+  }
+}
+
+TYPED_TEST(FullSolveTest, ComposesPosesWhereOnlyEdgesAreGiven) {
+  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 6).graph;
+  PoseGraph<TypeParam> with_poses = graph;
+  const double expected = SolveFull(FullSolveOptions(), &with_poses).chi2_after;
+  ForgetPoses(&graph);
+  const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
+  ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_NEAR(report.chi2_after, expected, 1e-7 * expected);
+  for (const GraphNode<TypeParam>& node : graph.nodes()) EXPECT_TRUE(node.has_pose);
+  EXPECT_TRUE(SameBits(graph.nodes()[0].pose, TypeParam()));
+  for (const InitCandidate& candidate : report.candidates) {
+    EXPECT_NE(candidate.method, InitMethod::kFile);
+  }
+}
+
+TYPED_TEST(FullSolveTest, PositionPriorsAnchorAGraphThatStartsFarOff) {
+  using G = TypeParam;
+  KnownGraph<G> known = MakeKnownGraph<G>(30, 0, 7);
+  std::mt19937_64 rng(7);
+  const G away = RandomPose<G>(&rng, 50, 2.5);
+  for (int k = 0; k < 30; ++k) known.graph.node(k).pose = away * known.graph.nodes()[k].pose;
+  for (const int k : {2, 11, 19, 28}) {
+    GraphPrior<G> prior;
+    prior.node = k;
+    prior.offset = RandomPose<G>(&rng, 1, 1);
+    prior.measurement.translation() =
+        known.truth[k] * typename G::Vector(prior.offset.translation());
+    prior.information.setZero();
+    prior.information.template topLeftCorner<G::kDim, G::kDim>().setIdentity();
+    ASSERT_TRUE(known.graph.AddPrior(prior).ok());
+  }
+  const FullSolveReport report = SolveFull(FullSolveOptions(), &known.graph);
+  ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_EQ(report.held_nodes, 0);
+  EXPECT_GT(report.chi2_before, 1);
+  EXPECT_LT(report.chi2_after, 1e-9);
+  EXPECT_LT(LargestDistance(known.graph, known.truth), 1e-4);
+}
+
+TYPED_TEST(FullSolveTest, AFullPriorIsWeighedAgainstTheEdges) {
+  using G = TypeParam;
+  PoseGraph<G> graph;
+  for (const NodeId id : {1, 2}) {
+    GraphNode<G> node;
+    node.id = id;
+    ASSERT_TRUE(graph.AddNode(node).ok());
+  }
+  GraphEdge<G> edge;
+  edge.j = 1;
+  edge.measurement.translation()(0) = 1;
+  edge.information *= 3;
+  ASSERT_TRUE(graph.AddEdge(edge).ok());
+  for (const int node : {0, 1}) {
+    GraphPrior<G> prior;
+    prior.node = node;
+    prior.measurement.translation()(0) = node == 0 ? 10 : 12;
+    ASSERT_TRUE(graph.AddPrior(prior).ok());
+  }
+  // Along x: minimize (a - 10)^2 + (b - 12)^2 + 3 (b - a - 1)^2, so a = 10.6 - 3/14 and so on:
+  // with s = b - a, (s - 2)^2 / 2 + 3 (s - 1)^2 is least at s = 8/7.
+  const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
+  ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_EQ(report.held_nodes, 0);
+  EXPECT_NEAR(graph.nodes()[0].pose.translation()(0), 11 - 4.0 / 7, 1e-9);
+  EXPECT_NEAR(graph.nodes()[1].pose.translation()(0), 11 + 4.0 / 7, 1e-9);
+  EXPECT_NEAR(report.chi2_after, 3.0 / 7, 1e-9);
+}
+
+TYPED_TEST(FullSolveTest, ARobustLossOnClosuresOvercomesOutliers) {
+  using G = TypeParam;
+  KnownGraph<G> known = MakeKnownGraph<G>(60, 0.01, 8);
+  for (std::size_t k = 0; k < known.graph.edges().size(); ++k) {
+    known.graph.edge(k).information = 1e4 * G::Matrix::Identity();
+  }
+  std::mt19937_64 rng(8);
+  for (int k = 0; k < 6; ++k) {
+    GraphEdge<G> wrong;
+    wrong.i = 8 * k;
+    wrong.j = 8 * k + 15;
+    wrong.measurement = RandomPose<G>(&rng, 8, 2);
+    wrong.information = 1e4 * G::Matrix::Identity();
+    ASSERT_TRUE(known.graph.AddEdge(wrong).ok());
+  }
+  PoseGraph<G> plain = known.graph;
+  EXPECT_TRUE(SolveFull(FullSolveOptions(), &plain).status.ok());
+  EXPECT_GT(LargestDistance(plain, known.truth), 1);
+  for (const char* loss : {"cauchy", "geman_mcclure", "dcs", "tukey"}) {
+    SCOPED_TRACE(loss);
+    PoseGraph<G> robust = known.graph;
+    FullSolveOptions options;
+    options.loss = loss;
+    options.loss_scale = 5;
+    const FullSolveReport report = SolveFull(options, &robust);
+    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_LT(LargestDistance(robust, known.truth), 0.15);
+    EXPECT_LT(report.cost_after, report.chi2_after);
+    EXPECT_LE(report.cost_after, report.cost_start);
+  }
+}
+
+TYPED_TEST(FullSolveTest, TheScopeOfTheLossDecidesAboutOdometry) {
+  // Two nodes, one odometry edge off by 10 from a prior-like fixed pair: only "all" softens it.
+  using G = TypeParam;
+  PoseGraph<G> graph;
+  for (const NodeId id : {1, 2}) {
+    GraphNode<G> node;
+    node.id = id;
+    node.fixed = true;
+    ASSERT_TRUE(graph.AddNode(node).ok());
+  }
+  GraphEdge<G> edge;
+  edge.j = 1;
+  edge.measurement.translation()(0) = 10;
+  ASSERT_TRUE(graph.AddEdge(edge).ok());
+  FullSolveOptions options;
+  options.loss = "huber";
+  FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_TRUE(report.converged);
+  EXPECT_NEAR(report.cost_after, 100, 1e-9);
+  options.loss_on = LossScope::kAllEdges;
+  report = SolveFull(options, &graph);
+  EXPECT_NEAR(report.cost_after, 19, 1e-9);  // 2 * 10 - 1
+  EXPECT_NEAR(report.chi2_after, 100, 1e-9);
+}
+
+TYPED_TEST(FullSolveTest, CancelledBeforeItBeginsNothingChanges) {
+  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 9).graph;
+  const PoseGraph<TypeParam> before = graph;
+  const std::atomic<bool> cancel(true);
+  FullSolveOptions options;
+  options.cancel = &cancel;
+  const FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
+  for (int k = 0; k < 30; ++k) {
+    EXPECT_TRUE(SameBits(graph.nodes()[k].pose, before.nodes()[k].pose));
+  }
+}
+
+TYPED_TEST(FullSolveTest, CancelledOnTheWayTheBestSoFarIsKept) {
+  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 10).graph;
+  std::atomic<bool> cancel(false);
+  FullSolveOptions options;
+  options.init = InitMethod::kFile;
+  options.cancel = &cancel;
+  double last_cost = -1;
+  options.progress = [&](int iteration, double cost) {
+    EXPECT_EQ(iteration, 1);
+    last_cost = cost;
+    cancel = true;
+  };
+  const FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
+  EXPECT_EQ(report.iterations, 1);
+  EXPECT_LT(report.cost_after, report.cost_before);
+  EXPECT_NEAR(report.cost_after, last_cost, 1e-9 * last_cost);
+  FullSolveOptions evaluate;
+  evaluate.max_iterations = 0;
+  evaluate.init = InitMethod::kFile;
+  EXPECT_NEAR(SolveFull(evaluate, &graph).chi2_before, report.chi2_after,
+              1e-12 * report.chi2_after);
+}
+
+TYPED_TEST(FullSolveTest, ALimitLeavesAUsableResult) {
+  const PoseGraph<TypeParam> input = MakeKnownGraph<TypeParam>(30, 0.05, 11).graph;
+  FullSolveOptions options;
+  options.init = InitMethod::kFile;
+  options.max_seconds = 0;
+  PoseGraph<TypeParam> graph = input;
+  FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_FALSE(report.converged);
+  EXPECT_LE(report.iterations, 1);
+
+  options = FullSolveOptions();
+  options.init = InitMethod::kFile;
+  options.max_iterations = 1;
+  graph = input;
+  report = SolveFull(options, &graph);
+  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_FALSE(report.converged);
+  EXPECT_EQ(report.iterations, 1);
+  EXPECT_LT(report.chi2_after, report.chi2_before);
+}
+
+TYPED_TEST(FullSolveTest, EqualInputsGiveEqualBits) {
+  PoseGraph<TypeParam> a = MakeKnownGraph<TypeParam>(50, 0.1, 12).graph, b = a;
+  EXPECT_EQ(SolveFull(FullSolveOptions(), &a).chi2_after,
+            SolveFull(FullSolveOptions(), &b).chi2_after);
+  for (int k = 0; k < 50; ++k) EXPECT_TRUE(SameBits(a.nodes()[k].pose, b.nodes()[k].pose)) << k;
+}
+
+TYPED_TEST(FullSolveTest, GraphsWithNothingToMove) {
+  PoseGraph<TypeParam> empty;
+  FullSolveReport report = SolveFull(FullSolveOptions(), &empty);
+  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_TRUE(report.converged);
+  EXPECT_EQ(report.components, 0);
+  EXPECT_EQ(report.chi2_after, 0);
+
+  PoseGraph<TypeParam> one;
+  GraphNode<TypeParam> node;
+  node.has_pose = false;
+  ASSERT_TRUE(one.AddNode(node).ok());
+  report = SolveFull(FullSolveOptions(), &one);
+  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+  EXPECT_TRUE(one.nodes()[0].has_pose);
+  EXPECT_TRUE(SameBits(one.nodes()[0].pose, TypeParam()));
+}
+
+TYPED_TEST(FullSolveTest, UnusableValuesAreNamedAndNothingChanges) {
+  const PoseGraph<TypeParam> good = MakeKnownGraph<TypeParam>(5, 0.05, 13, 100).graph;
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const auto message = [](PoseGraph<TypeParam> graph) {
+    const PoseGraph<TypeParam> before = graph;
+    const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
+    EXPECT_EQ(report.status.code(), StatusCode::kInvalidArgument);
+    for (std::size_t k = 0; k < before.nodes().size(); ++k) {
+      EXPECT_TRUE(SameBits(graph.nodes()[k].pose, before.nodes()[k].pose)) << k;
+    }
+    return report.status.message();
+  };
+  PoseGraph<TypeParam> graph = good;
+  graph.node(2).pose.data()[1] = nan;
+  EXPECT_EQ(message(graph), "node 102: the pose is not finite");
+  graph = good;
+  graph.edge(1).measurement.data()[0] = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(message(graph), "edge 101 -> 102: the measurement is not finite");
+  graph = good;
+  graph.edge(3).information(1, 1) = nan;
+  EXPECT_EQ(message(graph),
+            "edge 103 -> 104: the information matrix has an entry that is not finite");
+  graph = good;
+  graph.edge(0).information(0, 1) += 1;
+  EXPECT_EQ(message(graph), "edge 100 -> 101: the information matrix is not symmetric");
+  graph = good;
+  graph.edge(0).information = TypeParam::Matrix::Identity();
+  graph.edge(0).information(0, 0) = -2;
+  EXPECT_EQ(message(graph),
+            "edge 100 -> 101: the information matrix is not positive semi-definite: its "
+            "eigenvalues lie between -2 and 1");
+  graph = good;
+  GraphPrior<TypeParam> prior;
+  prior.node = 4;
+  prior.offset.data()[0] = nan;
+  ASSERT_TRUE(graph.AddPrior(prior).ok());
+  EXPECT_EQ(message(graph), "prior of node 104: the offset is not finite");
+}
+
+TEST(FullSolveOptionsTest, UnusableOptionsAreNamed) {
+  PoseGraph2d graph;
+  FullSolveOptions options;
+  options.loss = "soft";
+  FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_EQ(report.status.code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(report.status.message(),
+            "unknown loss \"soft\"; known: none, huber, cauchy, tukey, geman_mcclure (gm), dcs");
+  options = FullSolveOptions();
+  options.max_iterations = -1;
+  EXPECT_EQ(SolveFull(options, &graph).status.message(),
+            "max_iterations is -1, must not be negative");
+  options = FullSolveOptions();
+  options.max_seconds = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(SolveFull(options, &graph).status.message(),
+            "max_seconds is nan, must not be negative");
+}
+
+TEST(FullSolveSe3Test, AZeroQuaternionIsNamed) {
+  PoseGraph3d graph = MakeKnownGraph<SE3>(4, 0.05, 14).graph;
+  graph.node(3).pose.rotation().coeffs().setZero();
+  EXPECT_EQ(SolveFull(FullSolveOptions(), &graph).status.message(),
+            "node 3: the pose has a zero quaternion");
+}
+
+}  // namespace
+}  // namespace hpgo
