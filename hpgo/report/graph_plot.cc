@@ -35,7 +35,9 @@ std::string Facts(const PlotGraph& graph) {
                      ", " + Count(graph.closures.size(), "loop closure");
   if (graph.chi2.has_value()) {
     char number[48];
-    std::snprintf(number, sizeof(number), ", chi2 %.7g", *graph.chi2);
+    const double size = std::abs(*graph.chi2);
+    const char* format = size >= 1e9 ? ", chi2 %.4e" : size >= 1000 ? ", chi2 %.2f" : ", chi2 %.5g";
+    std::snprintf(number, sizeof(number), format, *graph.chi2);
     text += number;
   }
   return text;

@@ -66,6 +66,8 @@ TEST(GraphPlotTest, StatesTheCounts) {
   EXPECT_THAT(Plot({ring}), HasSubstr(">1,200 nodes, 2,399 edges, 1,200 loop closures</text>"));
   ring.chi2 = 14574.752;
   EXPECT_THAT(Plot({ring}), HasSubstr("1,200 loop closures, chi2 14574.75</text>"));
+  ring.chi2 = 1.23869;
+  EXPECT_THAT(Plot({ring}), HasSubstr("1,200 loop closures, chi2 1.2387</text>"));
 }
 
 TEST(GraphPlotTest, IsWellFormed) {

@@ -55,15 +55,43 @@ std::string ReadTerminal(int master) {
   _exit(127);
 }
 
+// The program's stdin: a file, or where a signal is to come first a pipe that `writer` fills.
+int OpenInput(const TemporaryDirectory& directory, const ProgramOptions& options, int* writer) {
+  if (options.signal == 0) return open(directory.Write("in", options.input).c_str(), O_RDONLY);
+  int ends[2] = {-1, -1};
+  EXPECT_EQ(pipe2(ends, O_CLOEXEC), 0);
+  *writer = ends[1];
+  return ends[0];
+}
+
+void SendSignals(pid_t child, const ProgramOptions& options) {
+  // Time to start and to wait for the input, and between two signals to handle the first.
+  for (int k = 0; k < options.signal_count; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    EXPECT_EQ(kill(child, options.signal), 0);
+  }
+}
+
+void WriteAndClose(int fd, const std::string& text) {
+  // Where the program is gone, writing fails, as it should.
+  signal(SIGPIPE, SIG_IGN);
+  for (std::size_t done = 0; done < text.size();) {
+    const ssize_t count = write(fd, text.data() + done, text.size() - done);
+    if (count <= 0) break;
+    done += static_cast<std::size_t>(count);
+  }
+  close(fd);
+}
+
 }  // namespace
 
 ProgramResult RunProgram(const std::vector<std::string>& arguments, const ProgramOptions& options) {
   const TemporaryDirectory directory;
-  const std::string in_path = directory.Write("in", options.input);
   const std::string err_path = directory.File("err");
   const std::string out_path =
       options.stdout_path.empty() ? directory.File("out") : options.stdout_path;
-  const int in = open(in_path.c_str(), O_RDONLY);
+  int pipe_in = -1;
+  const int in = OpenInput(directory, options, &pipe_in);
   const int out = open(out_path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   EXPECT_GE(in, 0);
   EXPECT_GE(out, 0);
@@ -83,10 +111,8 @@ ProgramResult RunProgram(const std::vector<std::string>& arguments, const Progra
   }
   EXPECT_GT(child, 0);
   for (const int fd : {in, out, err}) close(fd);
-  if (options.signal != 0) {
-    std::this_thread::sleep_for(std::chrono::duration<double>(options.signal_after_seconds));
-    EXPECT_EQ(kill(child, options.signal), 0);
-  }
+  if (options.signal != 0) SendSignals(child, options);
+  if (options.signal != 0) WriteAndClose(pipe_in, options.input);
   ProgramResult result;
   if (options.stderr_is_terminal) {
     result.err = ReadTerminal(terminal.master);

@@ -19,9 +19,9 @@ struct ProgramOptions {
   std::vector<std::string> environment;  // "NAME=value", added to this process' own
   bool stderr_is_terminal = false;
   std::string stdout_path;  // where stdout goes, instead of ProgramResult::out
-  // Sent after that time; 0 for none.
+  // Sent so many times while the program waits for its input, which it gets only then.
   int signal = 0;
-  double signal_after_seconds = 0;
+  int signal_count = 1;
 };
 
 // `arguments` without the program's name.
