@@ -37,7 +37,7 @@ Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   LevelEdge<G>& edge = level.edges[e];
   edge.term = data.term;
   edge.loss = data.loss;
-  edge.merged = true;
+  edge.merged = false;  // new, until the scheduler has seen it
   if (data.custom != nullptr || data.offset != nullptr) {
     edge.extra = true;
     extras_[e] = {data.custom, data.offset};

@@ -86,6 +86,9 @@ class Hierarchy {
   // Sets an edge's pending, and its place in the ordered set: there only from `threshold` on.
   void SetPending(int l, Index edge, float pending, float threshold);
 
+  // A mark for LevelNode::stamp that no node has yet.
+  std::uint32_t NewStamp() { return ++stamp_; }
+
   std::size_t MemoryBytes() const;
 
  private:
@@ -119,6 +122,7 @@ class Hierarchy {
   void DropEmptyTop();
 
   HierarchyOptions options_;
+  std::uint32_t stamp_ = 0;
   std::vector<std::unique_ptr<Level<G>>> levels_;
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart

@@ -1,5 +1,6 @@
 #include "hpgo/solve/solver_factory.h"
 
+#include "hpgo/solve/block_solver.h"
 #include "hpgo/solve/ceres_solver.h"
 
 namespace hpgo {
@@ -15,8 +16,7 @@ std::optional<Engine> ParseEngine(const std::string& name) {
 
 template <typename G>
 std::unique_ptr<SubproblemSolver<G>> MakeSolver(Engine engine) {
-  if (engine == Engine::kCeres) return MakeCeresSolver<G>();
-  return nullptr;
+  return engine == Engine::kCeres ? MakeCeresSolver<G>() : MakeBlockSolver<G>();
 }
 
 template std::unique_ptr<SubproblemSolver<ceres_costs::SE2>> MakeSolver(Engine);

@@ -13,7 +13,6 @@ namespace hpgo {
 const char* EngineName(Engine engine);
 std::optional<Engine> ParseEngine(const std::string& name);
 
-// Null if this build has no such engine.
 template <typename G>
 std::unique_ptr<SubproblemSolver<G>> MakeSolver(Engine engine);
 

@@ -1,0 +1,134 @@
+// Incremental pose graph optimization with a bounded cost per update.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hpgo/graph/pose_graph.h"
+#include "hpgo/graph/status.h"
+#include "hpgo/optimizer_options.h"
+
+namespace hpgo {
+
+// Names an edge or a prior for as long as it exists; never given twice.
+struct EdgeId {
+  std::int64_t value = -1;
+  friend bool operator==(EdgeId a, EdgeId b) { return a.value == b.value; }
+  friend bool operator!=(EdgeId a, EdgeId b) { return a.value != b.value; }
+};
+
+// How one edge fits the current estimate.
+struct EdgeError {
+  EdgeId id;
+  NodeId i = 0, j = 0;  // of a prior, i == j
+  double chi2 = 0;      // e' Omega e, without the loss
+};
+
+// A pose graph that is optimized while it grows and changes.
+//
+//   hpgo::Optimizer3d optimizer;
+//   optimizer.AddNode(0, SE3());
+//   optimizer.AddNode(1, T_0_1);
+//   optimizer.AddEdge(0, 1, T_0_1, information);
+//   optimizer.Update();
+//   SE3 T_world_1 = *optimizer.GetPose(1);
+//
+// Poses are T_world_node. Each connected component with neither a fixed node nor a prior is held at
+// its first node. A component that is joined to an older one by an edge moves as a whole to fit
+// that edge. A call that returns an error has changed nothing. Deterministic unless a time limit is
+// given. Not synchronized: one thread at a time, or a lock around it.
+template <typename G>
+class Optimizer {
+ public:
+  using Matrix = typename G::Matrix;
+  using Loss = std::shared_ptr<const ceres::LossFunction>;
+
+  explicit Optimizer(const OptimizerOptions& options = {});
+  Optimizer(Optimizer&&) noexcept;
+  Optimizer& operator=(Optimizer&&) noexcept;
+  ~Optimizer();
+  const OptimizerOptions& options() const;
+
+  // --- Building and changing the graph; nothing is solved until Update. O(levels x degree) each.
+  // kAlreadyExists; kInvalidArgument for a pose that is not finite.
+  Status AddNode(NodeId id, const G& pose);
+  // A measurement T_i_j with the information of its error, translation first; loss null: squared.
+  // kNotFound; kInvalidArgument for a self edge, values that are not finite, information that is
+  // not positive semi-definite. Several edges between the same nodes are allowed.
+  Result<EdgeId> AddEdge(NodeId i, NodeId j, const G& measurement, const Matrix& information,
+                         Loss loss = nullptr);
+  // Any Ceres cost over {X_i, X_j} in the storage order of G that depends on T_i_j only, with
+  // whitened residuals. `measurement` and `information` approximate it where groups are formed.
+  Result<EdgeId> AddCustomEdge(NodeId i, NodeId j, std::shared_ptr<const ceres::CostFunction> cost,
+                               const G& measurement, const Matrix& information,
+                               Loss loss = nullptr);
+  // A measurement of T_world_sensor with P = T_node_sensor; rows of zeros are not measured.
+  Result<EdgeId> AddPrior(NodeId id, const G& measurement, const Matrix& information,
+                          const G& offset = G(), Loss loss = nullptr);
+  // Replaces the measurement of an edge or a prior.
+  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
+  // Removes an edge or a prior.
+  Status RemoveEdge(EdgeId edge);
+  // Removes a node with its edges and priors.
+  Status RemoveNode(NodeId id);
+  // A fixed node never moves.
+  Status SetFixed(NodeId id, bool fixed);
+  // Moves a node's estimate.
+  Status SetPose(NodeId id, const G& pose);
+  void Clear();
+
+  // --- Solving.
+  // One bounded step: inserts what is new and improves the estimate where it pays most.
+  UpdateReport Update(const UpdateLimits& limits = {});
+  // The same with another mode than that of the options.
+  UpdateReport Optimize(Mode mode, const UpdateLimits& limits = {});
+  // Idle work: updates until nothing is stressed or a limit is hit; without a time limit it ends at
+  // rest.
+  UpdateReport Refine(const UpdateLimits& limits = {});
+
+  // --- Asking. Poses cost O(levels) each.
+  Result<G> GetPose(NodeId id) const;
+  bool HasNode(NodeId id) const;
+  std::size_t num_nodes() const;
+  std::size_t num_edges() const;  // priors among them
+  void ForEachPose(const std::function<void(NodeId, const G&)>& visit) const;
+  // The ancestor of a node on a level: the poses of all nodes with the same group move with it.
+  // Keep T_world_group; when it has become T', the group's poses have been moved by T' T^-1.
+  struct Group {
+    std::int64_t id = 0;  // names the group until nodes or edges are removed
+    G pose;               // T_world_group
+  };
+  Result<Group> GetGroup(NodeId id, int level) const;
+  int num_levels() const;
+
+  // All edges and priors at the current estimate. O(edges).
+  std::vector<EdgeError> EdgeErrors() const;
+  Result<EdgeError> GetEdgeError(EdgeId edge) const;
+  // The sum of the losses of e' Omega e: the objective. O(edges).
+  double Cost() const;
+  // The covariance of a node's pose, under a right perturbation, given all edges and the gauge as
+  // it is held. Factors the whole graph. kNoSolution where it is not determined.
+  Result<Matrix> MarginalCovariance(NodeId id) const;
+
+  // The graph with the current estimate; custom costs and losses are not part of it.
+  PoseGraph<G> ToGraph() const;
+  // Adds a graph's nodes, edges and priors, without solving. An error leaves the optimizer as it
+  // was.
+  Status AddGraph(const PoseGraph<G>& graph);
+
+  const Hierarchy<G>& hierarchy() const;
+  // Of the nodes, edges and indices.
+  std::size_t MemoryBytes() const;
+
+ private:
+  class Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+using Optimizer2d = Optimizer<SE2>;
+using Optimizer3d = Optimizer<SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,308 @@
+// Optimizer: adding, changing and removing.
+
+#include <algorithm>
+#include <cmath>
+
+#include "ceres_costs/whitening.h"
+#include "hpgo/optimizer_impl.h"
+
+namespace hpgo {
+namespace {
+
+template <typename G>
+Status CheckPose(const G& pose, const std::string& what) {
+  for (int k = 0; k < G::kParams; ++k) {
+    if (!std::isfinite(pose.data()[k])) {
+      return Status(StatusCode::kInvalidArgument, what + ": the pose is not finite");
+    }
+  }
+  const G unit = pose.Normalized();
+  for (int k = 0; k < G::kParams; ++k) {
+    if (!std::isfinite(unit.data()[k])) {
+      return Status(StatusCode::kInvalidArgument, what + ": the quaternion is zero");
+    }
+  }
+  return Status::Ok();
+}
+
+template <typename G>
+Status CheckTerm(const ceres_costs::RelativePoseTerm<G>& term, const std::string& what) {
+  const Status pose = CheckPose(term.measurement, what);
+  if (!pose.ok()) return pose;
+  using ceres_costs::InformationKind;
+  switch (ceres_costs::ClassifyInformation<G::kDof>(term.information.Dense())) {
+    case InformationKind::kPositiveDefinite:
+    case InformationKind::kSemiDefinite:
+      return Status::Ok();
+    case InformationKind::kIndefinite:
+      return Status(StatusCode::kInvalidArgument,
+                    what + ": the information matrix is not positive semi-definite");
+    case InformationKind::kNotFinite:
+      break;
+  }
+  return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not finite");
+}
+
+template <typename G>
+ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> term) {
+  term.measurement = term.measurement.Normalized();
+  return term;
+}
+
+std::string EdgeName(NodeId i, NodeId j) {
+  return "edge " + std::to_string(i) + " -> " + std::to_string(j);
+}
+
+}  // namespace
+
+template <typename G>
+EdgeId Optimizer<G>::Impl::IdOf(Index edge) const {
+  const std::int64_t generation = hierarchy_.level(0).edges[edge].generation;
+  return {generation << 32 | edge};
+}
+
+template <typename G>
+Result<Index> Optimizer<G>::Impl::FindEdge(EdgeId id) const {
+  const std::int64_t index = id.value & 0xffffffff;
+  const auto& edges = hierarchy_.level(0).edges;
+  if (id.value < 0 || index >= static_cast<std::int64_t>(edges.size()) || !edges[index].alive ||
+      edges[index].generation != id.value >> 32) {
+    return Status(StatusCode::kNotFound, "no edge with the id " + std::to_string(id.value));
+  }
+  return static_cast<Index>(index);
+}
+
+template <typename G>
+Result<Index> Optimizer<G>::Impl::FindNode(NodeId id) const {
+  const Index node = index_of_.Find(id);
+  if (node == IdMap::kAbsent) {
+    return Status(StatusCode::kNotFound, "no node " + std::to_string(id));
+  }
+  return node;
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
+  if (index_of_.Find(id) != IdMap::kAbsent) {
+    return Status(StatusCode::kAlreadyExists, "node " + std::to_string(id) + " exists");
+  }
+  const Status status = CheckPose(pose, "node " + std::to_string(id));
+  if (!status.ok()) return status;
+  const Index node = hierarchy_.AddNode(pose);
+  while (static_cast<Index>(ids_.size()) <= node) ids_.push_back(0);
+  ids_[node] = id;
+  index_of_.Set(id, node);
+  new_nodes_.push_back(node);
+  newest_ = node;
+  return Status::Ok();
+}
+
+template <typename G>
+Index Optimizer<G>::Impl::Link(Index i, Index j, const EdgeData<G>& data, Loss loss) {
+  EdgeData<G> complete = data;
+  if (loss != nullptr) complete.loss = hierarchy_.AddLoss(std::move(loss));
+  const Index edge = hierarchy_.AddEdge(i, j, complete);
+  new_edges_.push_back(IdOf(edge));
+  return edge;
+}
+
+template <typename G>
+Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data, Loss loss) {
+  const Result<Index> a = FindNode(i), b = FindNode(j);
+  if (!a.ok()) return Status(a.status().code(), EdgeName(i, j) + ": " + a.status().message());
+  if (!b.ok()) return Status(b.status().code(), EdgeName(i, j) + ": " + b.status().message());
+  if (i == j) return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": a self edge");
+  const Status status = CheckTerm(data.term, EdgeName(i, j));
+  if (!status.ok()) return status;
+  data.term = Normalized(data.term);
+  data.weight = ModularityWeight(data.term);
+  // The edge may join two components, each held by something.
+  check_anchors_ |= anchors_.size() + !fixed_.empty() + (num_priors_ > 0) > 1;
+  return IdOf(Link(*a, *b, data, std::move(loss)));
+}
+
+template <typename G>
+Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data, Loss loss) {
+  const Result<Index> node = FindNode(id);
+  const std::string name = "prior on node " + std::to_string(id);
+  if (!node.ok()) return Status(node.status().code(), name + ": " + node.status().message());
+  Status status = CheckTerm(data.term, name);
+  if (status.ok() && data.offset != nullptr) status = CheckPose(*data.offset, name);
+  if (!status.ok()) return status;
+  data.term = Normalized(data.term);
+  ++num_priors_;
+  check_anchors_ = true;
+  return IdOf(Link(kNone, *node, data, std::move(loss)));
+}
+
+template <typename G>
+void Optimizer<G>::Impl::ForgetChi2(Index edge) {
+  float& chi2 = hierarchy_.mutable_level(0).edges[edge].chi2;
+  chi2_sum_ -= chi2;
+  chi2 = 0;
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Matrix& information) {
+  const Result<Index> edge = FindEdge(id);
+  if (!edge.ok()) return edge.status();
+  ceres_costs::RelativePoseTerm<G> term;
+  term.measurement = measurement;
+  term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
+  const Status status = CheckTerm(term, "edge " + std::to_string(id.value));
+  if (!status.ok()) return status;
+  const LevelEdge<G>& record = hierarchy_.level(0).edges[*edge];
+  const bool prior = record.node[0] == kNone;
+  term = Normalized(term);
+  hierarchy_.UpdateEdge(*edge, term, prior ? 0 : ModularityWeight(term));
+  ForgetChi2(*edge);
+  new_edges_.push_back(id);
+  return Status::Ok();
+}
+
+// Makes the scheduler look at a node: at its edges on every level.
+template <typename G>
+void Optimizer<G>::Impl::Disturb(int l, Index node) {
+  constexpr int kMaxEdges = 64;
+  for (; l < hierarchy_.num_levels() && node != kNone;
+       node = hierarchy_.level(l++).nodes[node].parent) {
+    int count = 0;
+    ForEachEdge(hierarchy_.level(l), node, [&](Index e, Index) {
+      if (++count > kMaxEdges) return;
+      // Just above the threshold: the look decides.
+      hierarchy_.SetPending(l, e,
+                            std::max(hierarchy_.level(l).edges[e].pending, 2 * thresholds_.pending),
+                            thresholds_.pending);
+    });
+  }
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::RemoveEdge(EdgeId id) {
+  const Result<Index> edge = FindEdge(id);
+  if (!edge.ok()) return edge.status();
+  const Index i = hierarchy_.level(0).edges[*edge].node[0];
+  const Index j = hierarchy_.level(0).edges[*edge].node[1];
+  ForgetChi2(*edge);
+  hierarchy_.RemoveEdge(*edge);
+  num_priors_ -= i == kNone;
+  check_anchors_ = true;
+  if (i != kNone) Disturb(0, i);
+  Disturb(0, j);
+  return Status::Ok();
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
+  const Result<Index> node = FindNode(id);
+  if (!node.ok()) return node.status();
+  std::vector<Index> neighbours;
+  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index other) {
+    ForgetChi2(e);
+    if (other == kNone) {
+      --num_priors_;
+    } else {
+      neighbours.push_back(other);
+    }
+  });
+  anchors_.erase(*node);
+  fixed_.erase(*node);
+  new_nodes_.erase(std::remove(new_nodes_.begin(), new_nodes_.end(), *node), new_nodes_.end());
+  if (newest_ == *node) newest_ = kNone;
+  hierarchy_.RemoveNode(*node);
+  index_of_.Erase(id);
+  check_anchors_ = true;
+  for (const Index neighbour : neighbours) Disturb(0, neighbour);
+  return Status::Ok();
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::SetFixed(NodeId id, bool fixed) {
+  const Result<Index> node = FindNode(id);
+  if (!node.ok()) return node.status();
+  if (fixed == (fixed_.count(*node) > 0)) return Status::Ok();
+  anchors_.erase(*node);
+  hierarchy_.SetFixed(*node, fixed);
+  if (fixed) {
+    fixed_.insert(*node);
+  } else {
+    fixed_.erase(*node);
+    Disturb(0, *node);
+  }
+  check_anchors_ = true;
+  return Status::Ok();
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
+  const Result<Index> node = FindNode(id);
+  if (!node.ok()) return node.status();
+  const Status status = CheckPose(pose, "node " + std::to_string(id));
+  if (!status.ok()) return status;
+  hierarchy_.SetWorldPose(0, *node, pose.Normalized());
+  // Its edges have changed as much as new ones.
+  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index) {
+    ForgetChi2(e);
+    new_edges_.push_back(IdOf(e));
+  });
+  for (Index e = hierarchy_.level(0).nodes[*node].first_edge; e != kNone;) {
+    const LevelEdge<G>& edge = hierarchy_.level(0).edges[e];
+    for (Index f = edge.parent, l = 1; f != kNone; f = hierarchy_.level(l++).edges[f].parent) {
+      hierarchy_.MarkDirty(l, f);
+    }
+    e = edge.next[edge.node[1] == *node];
+  }
+  return Status::Ok();
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::AddGraph(const PoseGraph<G>& graph) {
+  // Everything is checked first, so that nothing is added of a graph with an error in it.
+  for (const GraphNode<G>& node : graph.nodes()) {
+    const std::string name = "node " + std::to_string(node.id);
+    if (index_of_.Find(node.id) != IdMap::kAbsent) {
+      return Status(StatusCode::kAlreadyExists, name + " exists");
+    }
+    const Status status = CheckPose(node.pose, name);
+    if (!status.ok()) return status;
+  }
+  std::vector<EdgeData<G>> edges, priors;
+  for (const GraphEdge<G>& edge : graph.edges()) {
+    EdgeData<G> data;
+    data.term.measurement = edge.measurement;
+    data.term.information = ceres_costs::PackedSymmetric<G::kDof>(edge.information);
+    const Status status =
+        CheckTerm(data.term, EdgeName(graph.nodes()[edge.i].id, graph.nodes()[edge.j].id));
+    if (!status.ok()) return status;
+    edges.push_back(std::move(data));
+  }
+  for (const GraphPrior<G>& prior : graph.priors()) {
+    EdgeData<G> data;
+    data.term.measurement = prior.measurement;
+    data.term.information = ceres_costs::PackedSymmetric<G::kDof>(prior.information);
+    data.offset = std::make_shared<G>(prior.offset.Normalized());
+    const std::string name = "prior on node " + std::to_string(graph.nodes()[prior.node].id);
+    Status status = CheckTerm(data.term, name);
+    if (status.ok()) status = CheckPose(prior.offset, name);
+    if (!status.ok()) return status;
+    priors.push_back(std::move(data));
+  }
+  const auto id = [&](int index) { return graph.nodes()[index].id; };
+  Status status;
+  for (const GraphNode<G>& node : graph.nodes()) {
+    if (status.ok()) status = AddNode(node.id, node.pose);
+    if (status.ok() && node.fixed) status = SetFixed(node.id, true);
+  }
+  for (std::size_t k = 0; k < edges.size() && status.ok(); ++k) {
+    status = AddEdge(id(graph.edges()[k].i), id(graph.edges()[k].j), edges[k], nullptr).status();
+  }
+  for (std::size_t k = 0; k < priors.size() && status.ok(); ++k) {
+    status = AddPrior(id(graph.priors()[k].node), priors[k], nullptr).status();
+  }
+  return status;
+}
+
+template class Optimizer<SE2>::Impl;
+template class Optimizer<SE3>::Impl;
+
+}  // namespace hpgo

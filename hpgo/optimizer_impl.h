@@ -1,0 +1,126 @@
+// The inside of Optimizer; see optimizer.h for what the calls mean.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "hpgo/graph/id_map.h"
+#include "hpgo/hierarchy/chunked_vector.h"
+#include "hpgo/hierarchy/hierarchy.h"
+#include "hpgo/optimizer.h"
+#include "hpgo/schedule/stress.h"
+#include "hpgo/schedule/sweep.h"
+#include "hpgo/solve/window.h"
+
+namespace hpgo {
+
+template <typename G>
+class Optimizer<G>::Impl {
+ public:
+  explicit Impl(const OptimizerOptions& options);
+
+  // optimizer_edit.cc
+  Status AddNode(NodeId id, const G& pose);
+  Result<EdgeId> AddEdge(NodeId i, NodeId j, EdgeData<G> data, Loss loss);
+  Result<EdgeId> AddPrior(NodeId id, EdgeData<G> data, Loss loss);
+  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
+  Status RemoveEdge(EdgeId edge);
+  Status RemoveNode(NodeId id);
+  Status SetFixed(NodeId id, bool fixed);
+  Status SetPose(NodeId id, const G& pose);
+  Status AddGraph(const PoseGraph<G>& graph);
+
+  // optimizer_update.cc
+  UpdateReport Update(Mode mode, const UpdateLimits& limits);
+  UpdateReport Refine(const UpdateLimits& limits);
+
+  // optimizer_query.cc
+  Result<G> GetPose(NodeId id) const;
+  Result<Group> GetGroup(NodeId id, int level) const;
+  void ForEachPose(const std::function<void(NodeId, const G&)>& visit) const;
+  std::vector<EdgeError> EdgeErrors() const;
+  Result<EdgeError> GetEdgeError(EdgeId edge) const;
+  double Cost() const;
+  Result<Matrix> MarginalCovariance(NodeId id);
+  PoseGraph<G> ToGraph() const;
+  std::size_t MemoryBytes() const;
+
+  const OptimizerOptions& options() const { return options_; }
+  const Hierarchy<G>& hierarchy() const { return hierarchy_; }
+  const IdMap& ids() const { return index_of_; }
+  std::size_t num_nodes() const { return hierarchy_.level(0).num_nodes; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  class Stopwatch;
+
+  // Edges as EdgeIds: the index on level 0 and its generation.
+  EdgeId IdOf(Index edge) const;
+  Result<Index> FindEdge(EdgeId id) const;
+  Result<Index> FindNode(NodeId id) const;
+  std::string NameOf(EdgeId id) const;
+  Index Link(Index i, Index j, const EdgeData<G>& data, Loss loss);
+  void Disturb(int l, Index node);
+  void ForgetChi2(Index edge);
+  EdgeError ErrorOf(Index edge) const;
+
+  // optimizer_anchors.cc: what holds the gauge of each component.
+  struct TopComponents {
+    std::vector<int> of_node;  // by index on the top level
+    int count = 0;
+  };
+  TopComponents FindTopComponents(bool old_edges_only) const;
+  bool IsOld(int l, Index edge) const;
+  void FindNewComponents();
+  void AlignJoinedComponents();
+  void HoldComponents();
+  Index TopAncestor(Index node) const;
+
+  // The steps of an update.
+  void InsertNewNodes();
+  void NoteNewEdges();
+  void SetThresholds();
+  void MergeDirtyEdges();
+  void SolveLevel(int l, int iterations);
+  bool ServeStressed(int l);
+  void RunStressSchedule(const UpdateLimits& limits, bool unlimited);
+  void RunFixedSchedule();
+  void SolveFull(const UpdateLimits& limits);
+  bool SolveWindow(int max_iterations);
+  void RecordChanges(const SubproblemSummary& summary);
+  std::vector<Index> SeedsOnLevel(int l) const;
+  bool TopIsSmall() const;
+
+  OptimizerOptions options_;
+  Hierarchy<G> hierarchy_;
+  IdMap index_of_;
+  ChunkedVector<NodeId> ids_;  // by index on level 0
+  std::unique_ptr<SubproblemSolver<G>> solver_;
+  Window<G> window_;
+  Sweep sweep_;
+  StressThresholds thresholds_;
+  double chi2_sum_ = 0;  // of LevelEdge::chi2 over level 0
+
+  // Held for want of a fixed node or prior, one a component; the value orders them by age.
+  std::map<Index, std::int64_t> anchors_;
+  std::int64_t next_anchor_ = 0;
+  std::set<Index> fixed_;  // by the caller
+  int num_priors_ = 0;
+  bool check_anchors_ = false;
+
+  // Since the last update.
+  std::vector<Index> new_nodes_;
+  std::vector<EdgeId> new_edges_;
+  Index newest_ = kNone;
+  // Of the update that is running.
+  UpdateReport report_;
+  std::vector<std::vector<Index>> seeds_;  // by level: the ancestors of the new edges' ends
+  std::vector<bool> had_window_;           // by level
+  const UpdateLimits* limits_ = nullptr;
+};
+
+}  // namespace hpgo

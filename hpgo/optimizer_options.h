@@ -1,0 +1,88 @@
+// Options, limits and reports of the Optimizer.
+#pragma once
+
+#include <atomic>
+#include <string>
+
+#include "ceres_costs/relative_pose_error.h"
+#include "hpgo/graph/status.h"
+#include "hpgo/hierarchy/hierarchy.h"
+#include "hpgo/solve/subproblem.h"
+
+namespace hpgo {
+
+// What an update solves (paper, Figure 4).
+enum class Mode {
+  kPartial,  // the top level and a window on every lower level that needs one
+  kTop,      // the top level only
+  kFull,     // the whole graph, to convergence
+};
+
+// Which windows a partial update opens.
+enum class Schedule {
+  kStress,  // where the predicted decrease of chi2 is worth it; at any distance from the new edges
+  kNewEdges,    // on every level, around both ends of every new edge
+  kNewestNode,  // on every level, around the newest node: the paper's
+};
+
+struct OptimizerOptions {
+  // --- These change the result.
+  int max_group_size = 3;   // K
+  int max_top_nodes = 150;  // T: a larger top gets a new level. Larger: better, slower closures
+  CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
+  Schedule schedule = Schedule::kStress;
+  int window_nodes = 100;     // P: free nodes of a window
+  int window_edges = 1000;    // edges of a window
+  int max_windows = 6;        // M: windows an update. More: faster convergence, longer updates
+  int window_iterations = 1;  // of a window's solve, and of the top's
+  // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
+  double stress_threshold = 1e-3;
+  int max_examined = 16;  // C: pending edges examined in one search for work
+  ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
+  Mode mode = Mode::kPartial;
+  // --- These change the speed only, up to rounding.
+  Engine engine = Engine::kBlock;
+  int max_merges = 2000;  // coarse edges merged an update
+
+  static OptimizerOptions Accurate() { return {}; }
+  static OptimizerOptions Fast();
+  // Windows around every new edge at every update, whether stressed or not.
+  static OptimizerOptions Eager();
+  // As published: condensed edges, a window at the newest node, the top solved at every update.
+  static OptimizerOptions Paper();
+  // "accurate", "fast", "eager", "paper"; kInvalidArgument for any other name.
+  static Result<OptimizerOptions> FromName(const std::string& name);
+
+  // kInvalidArgument, naming the field that is out of range.
+  Status Validate() const;
+};
+
+// Bounds of one call. The defaults are those of the options.
+struct UpdateLimits {
+  // Seconds of wall time. If positive, it replaces max_windows: work goes on until the time is up
+  // or nothing is stressed. It is checked between windows.
+  double max_seconds = 0;
+  // Set from elsewhere to stop between two windows.
+  const std::atomic<bool>* cancel = nullptr;
+};
+
+struct UpdateReport {
+  // kNoSolution: a solve failed numerically; it changed nothing. The rest was done.
+  Status status;
+  bool at_rest = false;  // nothing stressed is left
+  int new_nodes = 0;     // inserted by this update
+  int new_edges = 0;
+  int merged_edges = 0;  // coarse edges computed anew
+  int examined_edges = 0;
+  int windows = 0;  // solved, the top's solve not among them
+  int top_solves = 0;
+  int solved_nodes = 0;  // free poses, summed over all solves
+  int num_levels = 0;
+  double cost_decrease = 0;  // of the objectives of the windows, summed
+  double mean_chi2 = 0;      // per edge, as last evaluated
+  // Seconds of wall time.
+  double insert_seconds = 0, merge_seconds = 0, examine_seconds = 0, top_seconds = 0,
+         window_seconds = 0, seconds = 0;
+};
+
+}  // namespace hpgo

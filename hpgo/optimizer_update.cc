@@ -1,0 +1,335 @@
+// Optimizer: the update.
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "ceres_costs/factor_term.h"
+#include "glog/logging.h"
+#include "hpgo/optimizer_impl.h"
+#include "hpgo/solve/solver_factory.h"
+
+namespace hpgo {
+
+// Adds the time it lives to a field of the report.
+template <typename G>
+class Optimizer<G>::Impl::Stopwatch {
+ public:
+  explicit Stopwatch(double* total) : total_(total), start_(Clock::now()) {}
+  Stopwatch(const Stopwatch&) = delete;
+  Stopwatch& operator=(const Stopwatch&) = delete;
+  ~Stopwatch() { *total_ += Elapsed(); }
+  double Elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+
+ private:
+  double* total_;
+  Clock::time_point start_;
+};
+
+template <typename G>
+Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
+    : options_(options),
+      hierarchy_({options.max_group_size, options.max_top_nodes, options.coarse_edges,
+                  options.convention}),
+      solver_(MakeSolver<G>(options.engine)) {}
+
+template <typename G>
+UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
+  report_ = UpdateReport();
+  report_.at_rest = true;
+  {
+    const Stopwatch total(&report_.seconds);
+    InsertNewNodes();
+    SetThresholds();
+    NoteNewEdges();
+    MergeDirtyEdges();
+    if (mode == Mode::kFull) {
+      SolveFull(limits);
+    } else if (mode == Mode::kTop) {
+      SolveLevel(hierarchy_.num_levels() - 1, options_.window_iterations);
+    } else if (options_.schedule == Schedule::kStress) {
+      RunStressSchedule(limits, limits.max_seconds > 0);
+    } else {
+      RunFixedSchedule();
+    }
+    new_edges_.clear();
+  }
+  report_.num_levels = hierarchy_.num_levels();
+  VLOG(1) << "update: " << report_.new_nodes << " nodes, " << report_.new_edges << " edges, "
+          << report_.windows << " windows, " << report_.top_solves << " top solves, "
+          << report_.seconds * 1e3 << " ms";
+  return report_;
+}
+
+template <typename G>
+void Optimizer<G>::Impl::InsertNewNodes() {
+  const Stopwatch watch(&report_.insert_seconds);
+  report_.new_nodes = static_cast<int>(new_nodes_.size());
+  report_.new_edges = static_cast<int>(new_edges_.size());
+  FindNewComponents();
+  hierarchy_.AssignGroups();
+  if (check_anchors_) {
+    AlignJoinedComponents();
+    HoldComponents();
+  }
+  check_anchors_ = false;
+  new_nodes_.clear();
+}
+
+template <typename G>
+void Optimizer<G>::Impl::SetThresholds() {
+  const double mean = chi2_sum_ / std::max<Index>(1, hierarchy_.level(0).num_edges);
+  report_.mean_chi2 = mean;
+  thresholds_ = StressThresholds::FromMean(mean, options_.stress_threshold);
+  if (options_.schedule != Schedule::kStress) {
+    thresholds_.pending = std::numeric_limits<float>::infinity();  // nobody will look
+  }
+}
+
+template <typename G>
+void Optimizer<G>::Impl::NoteNewEdges() {
+  const Stopwatch watch(&report_.insert_seconds);
+  const int num_levels = hierarchy_.num_levels();
+  seeds_.resize(num_levels);
+  for (std::vector<Index>& seeds : seeds_) seeds.clear();
+  had_window_.assign(num_levels, false);
+  Level<G>& level = hierarchy_.mutable_level(0);
+  for (const EdgeId id : new_edges_) {
+    const Result<Index> found = FindEdge(id);
+    if (!found.ok()) continue;  // removed since
+    const Index e = *found;
+    LevelEdge<G>& edge = level.edges[e];
+    edge.merged = true;
+    const double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
+                                   hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
+    if (!std::isfinite(chi2)) continue;
+    // An edge that does not fit yet says nothing about the noise.
+    chi2_sum_ -= edge.chi2;
+    edge.chi2 = static_cast<float>(std::min<double>(chi2, G::kDof));
+    chi2_sum_ += edge.chi2;
+    AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
+    for (Index end : edge.node) {
+      for (int l = 0; l < num_levels && end != kNone; ++l) {
+        std::vector<Index>& seeds = seeds_[l];
+        if (static_cast<int>(seeds.size()) < options_.window_nodes &&
+            std::find(seeds.begin(), seeds.end(), end) == seeds.end()) {
+          seeds.push_back(end);
+        }
+        end = hierarchy_.level(l).nodes[end].parent;
+      }
+    }
+  }
+}
+
+template <typename G>
+void Optimizer<G>::Impl::MergeDirtyEdges() {
+  const Stopwatch watch(&report_.merge_seconds);
+  for (int l = 1; l < hierarchy_.num_levels(); ++l) {
+    Level<G>& level = hierarchy_.mutable_level(l);
+    std::size_t k = 0;
+    for (; k < level.dirty.size() && report_.merged_edges < options_.max_merges; ++k) {
+      const Index e = level.dirty[k];
+      level.edges[e].dirty = false;
+      if (!level.edges[e].alive) continue;
+      const double change = hierarchy_.Merge(l, e);
+      ++report_.merged_edges;
+      AddPending(l, e, change, thresholds_, &hierarchy_);
+      TellParent(l, e, change, thresholds_, &hierarchy_);
+    }
+    level.dirty.erase(level.dirty.begin(), level.dirty.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+}
+
+template <typename G>
+bool Optimizer<G>::Impl::TopIsSmall() const {
+  // Larger only where many components keep the top from shrinking.
+  return hierarchy_.level(hierarchy_.num_levels() - 1).num_nodes <= 2 * options_.max_top_nodes;
+}
+
+template <typename G>
+void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
+  if (!window_.BuildWhole(l, &hierarchy_)) return;
+  SolveWindow(iterations);
+}
+
+// Solves the window and takes the result if the cost has fallen.
+template <typename G>
+bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
+  SubproblemOptions options;
+  options.max_iterations = max_iterations;
+  if (limits_ != nullptr) options.cancel = limits_->cancel;
+  const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  report_.solved_nodes += window_.subproblem().num_free;
+  const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
+  if (!usable) report_.status = summary.status;
+  if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
+  window_.Commit(&hierarchy_);
+  report_.cost_decrease += summary.initial_cost - summary.final_cost;
+  RecordChanges(summary);
+  return true;
+}
+
+template <typename G>
+void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
+  const int l = window_.level();
+  const double miss =
+      std::abs(summary.predicted_decrease - (summary.initial_cost - summary.final_cost));
+  const bool nonlinear = summary.damped || miss > 10 * thresholds_.tau;
+  const double unexplained = nonlinear ? std::sqrt(miss / window_.edges().size()) : 0;
+  Level<G>& level = hierarchy_.mutable_level(l);
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    const Index e = window_.edges()[k];
+    LevelEdge<G>& edge = level.edges[e];
+    const ceres_costs::FactorTerm<G>& factor = window_.subproblem().factors[k];
+    const bool unary = edge.node[0] == kNone;
+    const G T_after = window_.RelativePose(k);
+    const double change = FactorChange(factor, unary, window_.RelativePoseBefore(k), T_after);
+    if (l == 0) {
+      chi2_sum_ -= edge.chi2;
+      edge.chi2 = static_cast<float>(FactorCost(factor, unary, T_after));
+      chi2_sum_ += edge.chi2;
+    }
+    TellParent(l, e, change, thresholds_, &hierarchy_);
+    if (window_.IsInterior(k)) {
+      HandDown(l, e, edge.pending + change, thresholds_, &hierarchy_);
+      hierarchy_.SetPending(l, e, static_cast<float>(unexplained), thresholds_.pending);
+    } else {
+      AddPending(l, e, change, thresholds_, &hierarchy_);
+    }
+  }
+}
+
+// Finds work on a level and does it; false if there is none.
+template <typename G>
+bool Optimizer<G>::Impl::ServeStressed(int l) {
+  FoundWork work;
+  {
+    const Stopwatch watch(&report_.examine_seconds);
+    work = FindWork(l, options_.max_examined, options_.window_edges, thresholds_, &hierarchy_);
+  }
+  report_.examined_edges += work.examined;
+  if (!work.found) return false;
+  if (l == hierarchy_.num_levels() - 1 && TopIsSmall()) {
+    const Stopwatch watch(&report_.top_seconds);
+    ++report_.top_solves;
+    SolveLevel(l, options_.window_iterations);
+    return true;
+  }
+  const Stopwatch watch(&report_.window_seconds);
+  std::vector<Index> seeds;
+  for (const Index end : work.ends) {
+    if (end != kNone) seeds.push_back(end);
+  }
+  // Near a new edge, all of its ends' ancestors belong into the window.
+  const std::vector<Index>& fresh = seeds_[l];
+  const bool near = std::any_of(seeds.begin(), seeds.end(), [&](Index n) {
+    return std::find(fresh.begin(), fresh.end(), n) != fresh.end();
+  });
+  if (near && !had_window_[l]) seeds.insert(seeds.end(), fresh.begin(), fresh.end());
+  had_window_[l] = true;
+  ++report_.windows;
+  if (window_.Build(l, seeds, {options_.window_nodes, options_.window_edges}, &hierarchy_)) {
+    SolveWindow(options_.window_iterations);
+  }
+  return true;
+}
+
+template <typename G>
+void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unlimited) {
+  const Clock::time_point start = Clock::now();
+  SweepLimits sweep;
+  sweep.max_windows = unlimited ? std::numeric_limits<int>::max() : options_.max_windows;
+  if (unlimited) sweep.max_windows_per_level = std::numeric_limits<int>::max();
+  SweepActions actions;
+  actions.serve = [&](int l) { return ServeStressed(l); };
+  actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
+  actions.stop = [&] {
+    if (limits.cancel != nullptr && *limits.cancel) return true;
+    return limits.max_seconds > 0 &&
+           std::chrono::duration<double>(Clock::now() - start).count() > limits.max_seconds;
+  };
+  limits_ = &limits;
+  report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);
+  limits_ = nullptr;
+}
+
+// The whole top, and a window on every lower level, whether it is stressed or not.
+template <typename G>
+void Optimizer<G>::Impl::RunFixedSchedule() {
+  const int top = hierarchy_.num_levels() - 1;
+  {
+    const Stopwatch watch(&report_.top_seconds);
+    ++report_.top_solves;
+    SolveLevel(top, options_.window_iterations);
+  }
+  const Stopwatch watch(&report_.window_seconds);
+  for (int l = top - 1; l >= 0; --l) {
+    const std::vector<Index> seeds = SeedsOnLevel(l);
+    if (window_.Build(l, seeds, {options_.window_nodes, options_.window_edges}, &hierarchy_)) {
+      ++report_.windows;
+      SolveWindow(options_.window_iterations);
+    }
+  }
+}
+
+template <typename G>
+std::vector<Index> Optimizer<G>::Impl::SeedsOnLevel(int l) const {
+  if (options_.schedule == Schedule::kNewEdges) return seeds_[l];
+  if (newest_ == kNone) return {};
+  return {hierarchy_.Ancestor(newest_, l)};
+}
+
+template <typename G>
+void Optimizer<G>::Impl::SolveFull(const UpdateLimits& limits) {
+  constexpr int kMaxIterations = 50;
+  const Stopwatch watch(&report_.window_seconds);
+  limits_ = &limits;
+  if (window_.BuildWhole(0, &hierarchy_)) {
+    ++report_.windows;
+    SolveWindow(kMaxIterations);
+  }
+  limits_ = nullptr;
+}
+
+template <typename G>
+UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
+  const Clock::time_point start = Clock::now();
+  UpdateReport sum;
+  UpdateLimits left = limits;
+  do {
+    if (limits.max_seconds > 0) {
+      left.max_seconds =
+          limits.max_seconds - std::chrono::duration<double>(Clock::now() - start).count();
+      if (left.max_seconds <= 0) break;
+    }
+    const UpdateReport step = Update(Mode::kPartial, left);
+    sum.status = step.status;
+    sum.new_nodes += step.new_nodes;
+    sum.new_edges += step.new_edges;
+    sum.merged_edges += step.merged_edges;
+    sum.examined_edges += step.examined_edges;
+    sum.windows += step.windows;
+    sum.top_solves += step.top_solves;
+    sum.solved_nodes += step.solved_nodes;
+    sum.num_levels = step.num_levels;
+    sum.cost_decrease += step.cost_decrease;
+    sum.mean_chi2 = step.mean_chi2;
+    sum.insert_seconds += step.insert_seconds;
+    sum.merge_seconds += step.merge_seconds;
+    sum.examine_seconds += step.examine_seconds;
+    sum.top_seconds += step.top_seconds;
+    sum.window_seconds += step.window_seconds;
+    if (!step.status.ok()) break;
+    // At rest for good only if nothing waits to be merged either.
+    bool dirty = false;
+    for (int l = 1; l < hierarchy_.num_levels(); ++l) dirty |= !hierarchy_.level(l).dirty.empty();
+    sum.at_rest = step.at_rest && !dirty;
+  } while (!sum.at_rest && !(limits.cancel != nullptr && *limits.cancel));
+  sum.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return sum;
+}
+
+template class Optimizer<SE2>::Impl;
+template class Optimizer<SE3>::Impl;
+
+}  // namespace hpgo

@@ -1,0 +1,56 @@
+// Where work is worth doing: the stress of nodes, and the search for it along pending edges.
+#pragma once
+
+#include <vector>
+
+#include "hpgo/hierarchy/hierarchy.h"
+
+namespace hpgo {
+
+// The thresholds of one update, from the mean chi2 per edge.
+struct StressThresholds {
+  double tau = 0;     // a window opens where the predicted decrease of chi2 exceeds it
+  float pending = 0;  // in sqrt(chi2): smaller changes are not worth a look
+  float dirty = 0;    // in sqrt(chi2): nor a merge
+  // tau = relative * mean, the others sqrt(tau) / 2.
+  static StressThresholds FromMean(double mean_chi2, double relative);
+};
+
+// The predicted decrease of chi2 when one node moves alone, g' H^-1 g; 0 for a constant node. Looks
+// at no more than `max_edges` of its edges.
+template <typename G>
+double NodeStress(int l, Index node, int max_edges, Hierarchy<G>* hierarchy);
+
+// Adds to an edge's pending.
+template <typename G>
+void AddPending(int l, Index edge, double amount, const StressThresholds& thresholds,
+                Hierarchy<G>* hierarchy);
+
+// Hands `amount` down to the children of a coarse edge, in equal shares of its square.
+template <typename G>
+void HandDown(int l, Index edge, double amount, const StressThresholds& thresholds,
+              Hierarchy<G>* hierarchy);
+
+// Tells the parent of an edge that a child changed by `amount`; queues it for merging when it adds
+// up.
+template <typename G>
+void TellParent(int l, Index edge, double amount, const StressThresholds& thresholds,
+                Hierarchy<G>* hierarchy);
+
+struct FoundWork {
+  bool found = false;
+  Index ends[2] = {kNone, kNone};  // where the window starts
+  int examined = 0;
+};
+
+// Examines the most pending edges of a level, at most `max_edges` of them: each hands its pending
+// down and is done with, until one has an end under more stress than tau.
+template <typename G>
+FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds& thresholds,
+                   Hierarchy<G>* hierarchy);
+
+// The largest pending of a level, 0 if none is worth a look.
+template <typename G>
+double LargestPending(int l, const Hierarchy<G>& hierarchy);
+
+}  // namespace hpgo

@@ -1,0 +1,42 @@
+#include "hpgo/schedule/sweep.h"
+
+namespace hpgo {
+
+bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
+                const SweepActions& actions) {
+  const int top = num_levels - 1;
+  int level = top;
+  if (start_ >= 0 && start_ < top &&
+      actions.largest_pending(top) <= actions.largest_pending(start_)) {
+    level = start_;
+  }
+  start_ = -1;
+  std::vector<int> served(num_levels, 0);
+  int windows = 0, idle = 0;  // idle: levels in a row without work
+  bool skipped = false;       // a level had served its share and was passed over
+  for (; idle < num_levels; level = level == 0 ? top : level - 1) {
+    const bool stop = actions.stop && actions.stop();
+    if (windows >= limits.max_windows || stop) {
+      for (int k = 0; k < num_levels; ++k) {
+        const int next = (level - k + num_levels) % num_levels;
+        if (actions.largest_pending(next) <= threshold) continue;
+        start_ = next;
+        return false;
+      }
+      return false;
+    }
+    if (served[level] >= limits.max_windows_per_level) {
+      skipped = true;
+      ++idle;
+    } else if (actions.serve(level)) {
+      ++served[level];
+      ++windows;
+      idle = 0;
+    } else {
+      ++idle;
+    }
+  }
+  return !skipped;
+}
+
+}  // namespace hpgo

@@ -1,0 +1,37 @@
+// The order in which the levels are served. A pure decision: knows neither poses nor solvers.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+namespace hpgo {
+
+struct SweepLimits {
+  int max_windows = 6;  // M: windows an update, the top's solve among them
+  int max_windows_per_level = 2;
+};
+
+// What the sweep asks and orders.
+struct SweepActions {
+  // Looks for work on a level and does it; false if there was none.
+  std::function<bool(int level)> serve;
+  // The largest pending of a level, in sqrt(chi2).
+  std::function<double(int level)> largest_pending;
+  // Optional: true ends the sweep (a time limit, cancellation).
+  std::function<bool()> stop;
+};
+
+// Serves levels top to bottom, in turns, until none finds work or a limit is hit. Remembers where a
+// limit hit it: always starting at the top would starve the lower levels. Not synchronized.
+class Sweep {
+ public:
+  // `threshold`: pending below it, in sqrt(chi2), is no reason to begin at a level.
+  // Returns true if it came to rest: no level had work left.
+  bool Run(int num_levels, const SweepLimits& limits, double threshold,
+           const SweepActions& actions);
+
+ private:
+  int start_ = -1;  // the level the next update begins with; -1: the top
+};
+
+}  // namespace hpgo

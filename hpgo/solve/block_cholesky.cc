@@ -1,0 +1,360 @@
+#include "hpgo/solve/block_cholesky.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "amd.h"
+#include "glog/logging.h"
+#include "hpgo/solve/dense_kernels.h"
+
+namespace hpgo {
+namespace {
+
+// Supernodes are merged while the blocks of zeros this adds stay below this share of the panel:
+// narrow ones lose more by their overhead than by a few zeros.
+double AllowedZeros(int width) { return width <= 4 ? 0.5 : width <= 16 ? 0.15 : 0.05; }
+
+constexpr double kMinPivotRatio = 1e-14;
+
+int RoundUp(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
+
+}  // namespace
+
+template <int kBlock>
+void BlockCholesky<kBlock>::Analyze(int n, const std::vector<std::pair<int, int>>& pairs) {
+  n_ = n;
+  Order(pairs);
+  FindSupernodes();
+  FindRows();
+  PlaceValues(pairs);
+  SetZero();
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::SetZero() {
+  std::fill(values_.begin(), values_.end(), 0.);
+}
+
+// The elimination order: AMD, then a postorder of its elimination tree.
+template <int kBlock>
+void BlockCholesky<kBlock>::Order(const std::vector<std::pair<int, int>>& pairs) {
+  std::vector<int> begin(n_ + 1, 0), neighbour(2 * pairs.size() + 1), order(n_);
+  for (const auto& [i, j] : pairs) {
+    ++begin[i];
+    ++begin[j];
+  }
+  int sum = 0;
+  for (int i = 0; i <= n_; ++i) sum += std::exchange(begin[i], sum);
+  std::vector<int> fill(begin.begin(), begin.end() - 1);
+  for (const auto& [i, j] : pairs) {
+    neighbour[fill[i]++] = j;
+    neighbour[fill[j]++] = i;
+  }
+  const int status = amd_order(n_, begin.data(), neighbour.data(), order.data(), nullptr, nullptr);
+  CHECK_GE(status, AMD_OK) << "AMD failed";
+  position_.assign(n_, 0);
+  for (int k = 0; k < n_; ++k) position_[order[k]] = k;
+
+  // Elimination tree by rows, with path compression.
+  parent_.assign(n_, -1);
+  std::vector<int> ancestor(n_, -1);
+  for (int k = 0; k < n_; ++k) {
+    for (int e = begin[order[k]]; e < begin[order[k] + 1]; ++e) {
+      for (int i = position_[neighbour[e]]; i < k && i != -1;) {
+        const int up = ancestor[i];
+        ancestor[i] = k;
+        if (up == -1) parent_[i] = k;
+        i = up;
+      }
+    }
+  }
+  // Postorder, children in ascending order.
+  std::vector<int> first(n_, -1), sibling(n_, -1), post(n_), stack;
+  for (int k = n_ - 1; k >= 0; --k) {
+    if (parent_[k] < 0) continue;
+    sibling[k] = first[parent_[k]];
+    first[parent_[k]] = k;
+  }
+  int count = 0;
+  for (int root = 0; root < n_; ++root) {
+    if (parent_[root] >= 0) continue;
+    stack.push_back(root);
+    while (!stack.empty()) {
+      const int k = stack.back();
+      if (first[k] >= 0) {
+        stack.push_back(first[k]);
+        first[k] = sibling[first[k]];
+      } else {
+        post[k] = count++;
+        stack.pop_back();
+      }
+    }
+  }
+  std::vector<int> new_parent(n_);
+  for (int k = 0; k < n_; ++k) new_parent[post[k]] = parent_[k] < 0 ? -1 : post[parent_[k]];
+  parent_ = std::move(new_parent);
+  for (int& p : position_) p = post[p];
+
+  below_begin_.assign(n_ + 1, 0);
+  below_.resize(pairs.size());
+  for (const auto& [i, j] : pairs) ++below_begin_[std::min(position_[i], position_[j])];
+  sum = 0;
+  for (int i = 0; i <= n_; ++i) sum += std::exchange(below_begin_[i], sum);
+  fill.assign(below_begin_.begin(), below_begin_.end() - 1);
+  for (const auto& [i, j] : pairs) {
+    const auto [low, high] = std::minmax(position_[i], position_[j]);
+    below_[fill[low]++] = high;
+  }
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::FindSupernodes() {
+  // Column counts below the diagonal: each row's subtree of the elimination tree, by marking.
+  std::vector<int> count(n_, 0), mark(n_, -1);
+  std::vector<int> above_begin(n_ + 1, 0), above(below_.size());
+  for (const int row : below_) ++above_begin[row];
+  int sum = 0;
+  for (int i = 0; i <= n_; ++i) sum += std::exchange(above_begin[i], sum);
+  std::vector<int> fill(above_begin.begin(), above_begin.end() - 1);
+  for (int column = 0; column < n_; ++column) {
+    for (int e = below_begin_[column]; e < below_begin_[column + 1]; ++e) {
+      above[fill[below_[e]]++] = column;
+    }
+  }
+  for (int row = 0; row < n_; ++row) {
+    mark[row] = row;
+    for (int e = above_begin[row]; e < above_begin[row + 1]; ++e) {
+      for (int k = above[e]; mark[k] != row; k = parent_[k]) {
+        mark[k] = row;
+        ++count[k];
+      }
+    }
+  }
+  super_begin_.clear();
+  double zeros = 0;  // blocks of zeros stored in the supernode being built
+  for (int k = 0; k < n_; ++k) {
+    bool join = false;
+    if (k > 0 && parent_[k - 1] == k) {
+      // Joining makes every earlier column of the supernode as long as column k.
+      const int width = k - super_begin_.back();
+      const double extra = count[k] + 1 - count[k - 1];  // per column, never negative
+      const double added = zeros + extra * width;
+      const double total = 0.5 * (width + 1.) * (width + 2.) + (width + 1.) * count[k];
+      join = added <= AllowedZeros(width + 1) * total;
+      if (join) zeros = added;
+    }
+    if (!join) {
+      super_begin_.push_back(k);
+      zeros = 0;
+    }
+  }
+  super_begin_.push_back(n_);
+  super_of_.resize(n_);
+  for (int s = 0; s + 1 < static_cast<int>(super_begin_.size()); ++s) {
+    std::fill(super_of_.begin() + super_begin_[s], super_of_.begin() + super_begin_[s + 1], s);
+  }
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::FindRows() {
+  const int num = static_cast<int>(super_begin_.size()) - 1;
+  rows_begin_.assign(1, 0);
+  rows_.clear();
+  panel_begin_.clear();
+  panel_ld_.clear();
+  factor_size_ = 0;
+  std::vector<int> mark(n_, -1), first(num, -1), sibling(num, -1);
+  for (int s = 0; s < num; ++s) {
+    const int end = super_begin_[s + 1];
+    for (int k = super_begin_[s]; k < end; ++k) {
+      rows_.push_back(k);
+      mark[k] = s;
+    }
+    const std::size_t own = rows_.size();
+    const auto add = [&](int row) {
+      if (row >= end && mark[row] != s) {
+        mark[row] = s;
+        rows_.push_back(row);
+      }
+    };
+    for (int e = below_begin_[super_begin_[s]]; e < below_begin_[end]; ++e) add(below_[e]);
+    for (int child = first[s]; child >= 0; child = sibling[child]) {
+      for (std::int64_t r = rows_begin_[child] + Width(child); r < rows_begin_[child + 1]; ++r) {
+        add(rows_[r]);
+      }
+    }
+    std::sort(rows_.begin() + static_cast<std::ptrdiff_t>(own), rows_.end());
+    rows_begin_.push_back(static_cast<std::int64_t>(rows_.size()));
+    if (rows_.size() > own) {
+      const int up = super_of_[rows_[own]];
+      sibling[s] = first[up];
+      first[up] = s;
+    }
+    // The padding below each column stays zero, so that kernels may run over it.
+    panel_ld_.push_back(RoundUp(Rows(s) * kBlock + kPadding - 1));
+    panel_begin_.push_back(factor_size_);
+    factor_size_ += static_cast<std::int64_t>(panel_ld_[s]) * Width(s) * kBlock;
+  }
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::PlaceValues(const std::vector<std::pair<int, int>>& pairs) {
+  targets_.clear();
+  targets_.reserve(n_ + pairs.size());
+  const auto place = [&](int row, int column, bool transposed) {
+    const int s = super_of_[column];
+    const auto begin = rows_.begin() + rows_begin_[s], end = rows_.begin() + rows_begin_[s + 1];
+    const std::int64_t r = row < super_begin_[s + 1]
+                               ? row - super_begin_[s]
+                               : std::lower_bound(begin + Width(s), end, row) - begin;
+    const std::int64_t c = column - super_begin_[s];
+    targets_.push_back(
+        {panel_begin_[s] + c * kBlock * panel_ld_[s] + r * kBlock, panel_ld_[s], transposed});
+  };
+  for (int i = 0; i < n_; ++i) place(position_[i], position_[i], false);
+  for (const auto& [i, j] : pairs) {
+    const int row = position_[i], column = position_[j];
+    place(std::max(row, column), std::min(row, column), row < column);
+  }
+  values_.resize(targets_.size() * kBlockSize);
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::Scatter(double lambda) {
+  factor_.assign(static_cast<std::size_t>(factor_size_), 0.);
+  min_pivot_.resize(static_cast<std::size_t>(n_) * kBlock);
+  const double* value = values_.data();
+  for (const Target& target : targets_) {
+    double* corner = &factor_[target.offset];
+    for (int c = 0; c < kBlock; ++c) {
+      for (int r = 0; r < kBlock; ++r, ++value) {
+        corner[target.transposed ? r * target.ld + c : c * target.ld + r] = *value;
+      }
+    }
+  }
+  for (int i = 0; i < n_; ++i) {
+    double* corner = &factor_[targets_[i].offset];
+    for (int c = 0; c < kBlock; ++c) {
+      double& diagonal = corner[static_cast<std::ptrdiff_t>(c) * (targets_[i].ld + 1)];
+      min_pivot_[static_cast<std::size_t>(position_[i]) * kBlock + c] =
+          kMinPivotRatio * std::abs(diagonal);
+      diagonal *= 1 + lambda;
+    }
+  }
+}
+
+// Subtracts from the panel of s the outer product of the descendant's rows from first_row on, of
+// which num_columns are columns of s.
+template <int kBlock>
+void BlockCholesky<kBlock>::Update(int s, int descendant, int first_row, int num_columns) {
+  const int num_rows = Rows(descendant) - first_row;
+  const int ld = panel_ld_[descendant];
+  const double* source = &factor_[panel_begin_[descendant]] + first_row * kBlock;
+  const int* row = &rows_[rows_begin_[descendant] + first_row];
+  double* panel = &factor_[panel_begin_[s]];
+  const int m = num_rows * kBlock, n = num_columns * kBlock, k = Width(descendant) * kBlock;
+  if (map_[row[num_rows - 1]] - map_[row[0]] == num_rows - 1) {
+    // Contiguous in the panel: no detour.
+    const std::ptrdiff_t corner = map_[row[0]] * kBlock;
+    SubtractProduct(m, n, k, source, ld, source, ld, panel + corner * panel_ld_[s] + corner,
+                    panel_ld_[s]);
+    return;
+  }
+  const int update_ld = RoundUp(m);
+  update_.assign(static_cast<std::size_t>(update_ld) * n + kPadding, 0.);
+  SubtractProduct(m, n, k, source, ld, source, ld, update_.data(), update_ld);
+  for (int c = 0; c < num_columns; ++c) {
+    for (int q = 0; q < kBlock; ++q) {
+      double* to = panel + static_cast<std::ptrdiff_t>(map_[row[c]] * kBlock + q) * panel_ld_[s];
+      const double* from = &update_[static_cast<std::size_t>(c * kBlock + q) * update_ld];
+      for (int r = c; r < num_rows; ++r) {
+        for (int p = 0; p < kBlock; ++p) to[map_[row[r]] * kBlock + p] += from[r * kBlock + p];
+      }
+    }
+  }
+}
+
+template <int kBlock>
+bool BlockCholesky<kBlock>::Factor(double lambda) {
+  Scatter(lambda);
+  const int num = static_cast<int>(super_begin_.size()) - 1;
+  head_.assign(num, -1);
+  next_.assign(num, -1);
+  next_row_.assign(num, 0);
+  map_.resize(n_);
+  for (int s = 0; s < num; ++s) {
+    const int num_rows = Rows(s);
+    for (int r = 0; r < num_rows; ++r) map_[rows_[rows_begin_[s] + r]] = r;
+    const auto queue = [&](int d) {  // with the supernode of d's next row
+      if (next_row_[d] >= Rows(d)) return;
+      const int up = super_of_[rows_[rows_begin_[d] + next_row_[d]]];
+      next_[d] = head_[up];
+      head_[up] = d;
+    };
+    for (int d = head_[s], after; d >= 0; d = after) {
+      after = next_[d];
+      const int first_row = next_row_[d];
+      int last = first_row;
+      while (last < Rows(d) && rows_[rows_begin_[d] + last] < super_begin_[s + 1]) ++last;
+      Update(s, d, first_row, last - first_row);
+      next_row_[d] = last;
+      queue(d);
+    }
+    if (!FactorPanel(num_rows * kBlock, Width(s) * kBlock, &factor_[panel_begin_[s]], panel_ld_[s],
+                     &min_pivot_[static_cast<std::size_t>(super_begin_[s]) * kBlock])) {
+      return false;
+    }
+    next_row_[s] = Width(s);
+    queue(s);
+  }
+  return true;
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::Solve(double* x) const {
+  const int num = static_cast<int>(super_begin_.size()) - 1;
+  work_.resize(static_cast<std::size_t>(n_) * kBlock);
+  for (int i = 0; i < n_; ++i) {
+    std::copy_n(x + static_cast<std::ptrdiff_t>(i) * kBlock, kBlock, &work_[position_[i] * kBlock]);
+  }
+  for (int s = 0; s < num; ++s) {
+    const int width = Width(s) * kBlock, own = Width(s);
+    double* y = &work_[static_cast<std::size_t>(super_begin_[s]) * kBlock];
+    const int* row = &rows_[rows_begin_[s]];
+    for (int c = 0; c < width; ++c) {
+      const double* column =
+          &factor_[panel_begin_[s]] + static_cast<std::ptrdiff_t>(c) * panel_ld_[s];
+      const double value = y[c] /= column[c];
+      for (int r = c + 1; r < width; ++r) y[r] -= column[r] * value;
+      for (int r = own; r < Rows(s); ++r) {
+        double* z = &work_[static_cast<std::size_t>(row[r]) * kBlock];
+        for (int p = 0; p < kBlock; ++p) z[p] -= column[r * kBlock + p] * value;
+      }
+    }
+  }
+  for (int s = num - 1; s >= 0; --s) {
+    const int width = Width(s) * kBlock, own = Width(s);
+    double* y = &work_[static_cast<std::size_t>(super_begin_[s]) * kBlock];
+    const int* row = &rows_[rows_begin_[s]];
+    for (int c = width - 1; c >= 0; --c) {
+      const double* column =
+          &factor_[panel_begin_[s]] + static_cast<std::ptrdiff_t>(c) * panel_ld_[s];
+      double value = y[c];
+      for (int r = c + 1; r < width; ++r) value -= column[r] * y[r];
+      for (int r = own; r < Rows(s); ++r) {
+        const double* z = &work_[static_cast<std::size_t>(row[r]) * kBlock];
+        for (int p = 0; p < kBlock; ++p) value -= column[r * kBlock + p] * z[p];
+      }
+      y[c] = value / column[c];
+    }
+  }
+  for (int i = 0; i < n_; ++i) {
+    std::copy_n(&work_[static_cast<std::size_t>(position_[i]) * kBlock], kBlock,
+                x + static_cast<std::ptrdiff_t>(i) * kBlock);
+  }
+}
+
+template class BlockCholesky<3>;
+template class BlockCholesky<6>;
+
+}  // namespace hpgo

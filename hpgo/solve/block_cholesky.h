@@ -1,0 +1,79 @@
+// Sparse Cholesky factorization of a symmetric positive definite matrix of small dense blocks, one
+// block row a node: AMD ordering on the blocks (SuiteSparse), supernodal left-looking
+// factorization.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace hpgo {
+
+// Blocks are kBlock x kBlock, column-major; kBlock is a multiple of 3. Not synchronized; keeps its
+// storage between uses.
+template <int kBlock>
+class BlockCholesky {
+ public:
+  static constexpr int kBlockSize = kBlock * kBlock;
+
+  // Orders and analyzes a matrix of n block rows, whose blocks off the diagonal are those of
+  // `pairs` and their transposes. Pairs may be in any order and direction and must be distinct,
+  // with first != second. Sets all values to zero.
+  void Analyze(int n, const std::vector<std::pair<int, int>>& pairs);
+
+  // The values to fill in before Factor: the diagonal block of node i, and the block of pair p in
+  // the direction (row first[p], column second[p]).
+  double* Diagonal(int i) { return &values_[static_cast<std::size_t>(i) * kBlockSize]; }
+  double* OffDiagonal(int p) { return &values_[(n_ + static_cast<std::size_t>(p)) * kBlockSize]; }
+  void SetZero();
+
+  // Factors A + lambda diag(A). False if that is not numerically positive definite: a pivot fell
+  // below 1e-14 of its diagonal entry. The values stay.
+  bool Factor(double lambda);
+
+  // Solves with the factor in place; x holds n blocks of kBlock numbers.
+  void Solve(double* x) const;
+
+  // Numbers in the factor, padding included.
+  std::int64_t factor_size() const { return factor_size_; }
+
+ private:
+  void Order(const std::vector<std::pair<int, int>>& pairs);
+  void FindSupernodes();
+  void FindRows();
+  void PlaceValues(const std::vector<std::pair<int, int>>& pairs);
+  void Scatter(double lambda);
+  void Update(int s, int descendant, int first_row, int num_columns);
+
+  int Width(int s) const { return super_begin_[s + 1] - super_begin_[s]; }
+  int Rows(int s) const { return static_cast<int>(rows_begin_[s + 1] - rows_begin_[s]); }
+
+  struct Target {
+    std::int64_t offset;  // of the block's corner in factor_
+    int ld;
+    bool transposed;
+  };
+
+  int n_ = 0;
+  std::vector<int> position_;             // node -> its place in the elimination order
+  std::vector<int> below_begin_, below_;  // place -> the later places of its neighbours
+  std::vector<int> parent_;               // of the elimination tree, by place
+  std::vector<int> super_begin_;          // supernode -> its first place
+  std::vector<int> super_of_;             // place -> supernode
+  std::vector<std::int64_t> rows_begin_;  // supernode -> its places in rows_, its own first
+  std::vector<int> rows_;
+  std::vector<std::int64_t> panel_begin_;  // supernode -> its panel in factor_
+  std::vector<int> panel_ld_;
+  std::vector<Target> targets_;  // where each block of values_ goes
+  std::vector<double> values_, factor_;
+  std::int64_t factor_size_ = 0;
+
+  std::vector<int> next_, next_row_, head_, map_;  // workspace of Factor
+  std::vector<double> update_, min_pivot_;
+  mutable std::vector<double> work_;  // workspace of Solve
+};
+
+extern template class BlockCholesky<3>;
+extern template class BlockCholesky<6>;
+
+}  // namespace hpgo

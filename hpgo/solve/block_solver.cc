@@ -1,0 +1,139 @@
+#include "hpgo/solve/block_solver.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "hpgo/solve/block_system.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kMinDamping = 1e-12;
+constexpr double kMaxDamping = 1e12;
+
+template <typename G>
+class BlockSolver : public SubproblemSolver<G> {
+ public:
+  SubproblemSummary Solve(const SubproblemOptions& options, Subproblem<G>* problem) override {
+    const Clock::time_point start = Clock::now();
+    const auto seconds = [&] {
+      return std::chrono::duration<double>(Clock::now() - start).count();
+    };
+    SubproblemSummary summary;
+    problem_ = problem;
+    system_.Analyze(problem);
+    // A radius of 1e8 and above is an undamped first step.
+    double damping =
+        options.initial_trust_region_radius >= 1e8 ? 0 : 1 / options.initial_trust_region_radius;
+    double cost = system_.Linearize();
+    summary.initial_cost = summary.final_cost = cost;
+    if (!std::isfinite(cost)) {
+      summary.status = Status(StatusCode::kNoSolution, "the cost is not finite at the start");
+      return summary;
+    }
+    const std::vector<G> original(problem->poses.begin(),
+                                  problem->poses.begin() + problem->num_free);
+    while (summary.iterations < options.max_iterations && problem->num_free > 0) {
+      if (options.cancel != nullptr && *options.cancel) {
+        summary.status = Status(StatusCode::kInterrupted, "cancelled");
+        break;
+      }
+      if (seconds() > options.max_seconds) break;
+      ++summary.iterations;
+      const StepResult step = Step(cost, &damping, &summary);
+      if (!step.accepted) {
+        summary.converged = true;  // no direction descends: a stationary point, or as good as one
+        break;
+      }
+      const double decrease = cost - step.cost;
+      cost = step.cost;
+      summary.predicted_decrease += step.predicted;
+      if (options.progress) options.progress(summary.iterations, cost);
+      if (decrease <= options.function_tolerance * std::abs(cost)) {
+        summary.converged = true;
+        break;
+      }
+      if (summary.iterations < options.max_iterations) system_.Linearize();
+    }
+    for (int k = 0; k < problem->num_free; ++k) {
+      bool finite = true;
+      for (int p = 0; p < G::kParams; ++p) finite &= std::isfinite(problem->poses[k].data()[p]);
+      if (finite) continue;
+      std::copy(original.begin(), original.end(), problem->poses.begin());
+      cost = summary.initial_cost;
+      summary.status = Status(StatusCode::kNoSolution, "a pose became infinite");
+      break;
+    }
+    summary.final_cost = cost;
+    summary.seconds = seconds();
+    return summary;
+  }
+
+ private:
+  using Vector = typename BlockSystem<G>::Vector;
+
+  struct StepResult {
+    bool accepted = false;
+    double cost = 0;
+    double predicted = 0;
+  };
+
+  // Raises the damping until the cost falls.
+  StepResult Step(double cost, double* damping, SubproblemSummary* summary) {
+    StepResult result;
+    const int n = problem_->num_free;
+    trial_ = problem_->poses;
+    for (; *damping <= kMaxDamping; *damping = std::max(10 * *damping, kMinDamping)) {
+      if (*damping > 0) summary->damped = true;
+      if (!system_.Factorize(*damping)) continue;
+      std::vector<double>& gradient = system_.gradient();
+      step_.resize(gradient.size());
+      for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient[k];
+      system_.Solve(step_.data());
+      double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
+      for (int k = 0; k < n; ++k) {
+        const std::size_t at = static_cast<std::size_t>(k) * G::kDof;
+        const Vector d(&step_[at]);
+        descent -= d.dot(Vector(&gradient[at]));
+        scaled += d.dot(system_.Diagonal(k).diagonal().cwiseProduct(d));
+        trial_[k] = problem_->poses[k].Retract(d);
+      }
+      result.predicted = descent + *damping * scaled;
+      result.cost = system_.Cost(trial_);
+      // Rounding hides a decrease of this size: take the step as it is.
+      const double noise = 1e-14 * cost;
+      if (result.cost < cost || (result.cost <= cost + noise && result.predicted <= noise)) {
+        result.accepted = true;
+        problem_->poses.swap(trial_);
+        *damping = *damping <= kMinDamping ? 0 : *damping / 10;
+        return result;
+      }
+    }
+    return result;
+  }
+
+  Subproblem<G>* problem_ = nullptr;
+  BlockSystem<G> system_;
+  std::vector<double> step_;
+  std::vector<G> trial_;
+};
+
+}  // namespace
+
+template <typename G>
+std::unique_ptr<SubproblemSolver<G>> MakeBlockSolver() {
+  return std::make_unique<BlockSolver<G>>();
+}
+
+template std::unique_ptr<SubproblemSolver<SE2>> MakeBlockSolver();
+template std::unique_ptr<SubproblemSolver<SE3>> MakeBlockSolver();
+
+}  // namespace hpgo

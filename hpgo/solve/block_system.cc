@@ -1,0 +1,94 @@
+#include "hpgo/solve/block_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hpgo {
+
+using ceres_costs::QuadraticModel;
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+template <typename G>
+void BlockSystem<G>::Analyze(const Subproblem<G>* problem) {
+  problem_ = problem;
+  FindPairs();
+  cholesky_.Analyze(problem->num_free, pairs_);
+}
+
+template <typename G>
+void BlockSystem<G>::FindPairs() {
+  const int num_factors = static_cast<int>(problem_->factors.size());
+  const auto low = [&](int f) { return std::min(problem_->factors[f].i, problem_->factors[f].j); };
+  const auto high = [&](int f) { return std::max(problem_->factors[f].i, problem_->factors[f].j); };
+  // Sorted by the lower end by counting, then each short run by the higher.
+  begin_.assign(problem_->num_free + 1, 0);
+  for (int f = 0; f < num_factors; ++f) {
+    if (low(f) != kWorldFrame && IsFree(high(f))) ++begin_[low(f)];
+  }
+  int sum = 0;
+  for (int& b : begin_) sum += std::exchange(b, sum);
+  order_.resize(sum);
+  for (int f = 0; f < num_factors; ++f) {
+    if (low(f) != kWorldFrame && IsFree(high(f))) order_[begin_[low(f)]++] = f;
+  }
+  pairs_.clear();
+  pair_of_.assign(num_factors, -1);
+  for (int k = 0, run = 0; k < problem_->num_free; ++k) {
+    const int end = begin_[k];  // begin was advanced to the ends
+    std::sort(order_.begin() + run, order_.begin() + end,
+              [&](int a, int b) { return high(a) != high(b) ? high(a) < high(b) : a < b; });
+    for (; run < end; ++run) {
+      const std::pair<int, int> pair(high(order_[run]), k);
+      if (pairs_.empty() || pairs_.back() != pair) pairs_.push_back(pair);
+      pair_of_[order_[run]] = static_cast<int>(pairs_.size()) - 1;
+    }
+  }
+}
+
+template <typename G>
+double BlockSystem<G>::Linearize() {
+  cholesky_.SetZero();
+  gradient_.assign(static_cast<std::size_t>(problem_->num_free) * D, 0.);
+  double cost = 0;
+  QuadraticModel<G> at_j, at_i;
+  for (std::size_t f = 0; f < problem_->factors.size(); ++f) {
+    const Factor<G>& factor = problem_->factors[f];
+    const G Y = Relative(factor, problem_->poses);
+    if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
+    cost += at_j.cost;
+    if (IsFree(factor.j)) {
+      Diagonal(factor.j) += at_j.A;
+      Vector(&gradient_[static_cast<std::size_t>(factor.j) * D]) += at_j.b;
+    }
+    if (!IsFree(factor.i)) continue;
+    // J_i = -J_j Ad(Y^-1).
+    const G Y_inverse = Y.Inverse();
+    TransportModel(Y_inverse, at_j, &at_i);
+    Diagonal(factor.i) += at_i.A;
+    Vector(&gradient_[static_cast<std::size_t>(factor.i) * D]) -= at_i.b;
+    if (!IsFree(factor.j)) continue;
+    Block block(cholesky_.OffDiagonal(pair_of_[f]));
+    const typename G::Matrix cross = at_j.A * Y_inverse.Adjoint();  // row j, column i
+    if (factor.j > factor.i) {
+      block -= cross;
+    } else {
+      block -= cross.transpose();
+    }
+  }
+  return cost;
+}
+
+template <typename G>
+double BlockSystem<G>::Cost(const std::vector<G>& poses) const {
+  double cost = 0;
+  for (const Factor<G>& factor : problem_->factors) {
+    cost += FactorCost(factor, factor.i == kWorldFrame, Relative(factor, poses));
+  }
+  return cost;
+}
+
+template class BlockSystem<SE2>;
+template class BlockSystem<SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,54 @@
+// The Gauss-Newton system of a Subproblem, in blocks.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "Eigen/Core"
+#include "hpgo/solve/block_cholesky.h"
+#include "hpgo/solve/subproblem.h"
+
+namespace hpgo {
+
+// H d = -g with H = sum J' Omega J and g = sum J' Omega e over the free poses, under right
+// perturbations. Keeps its storage between uses. Not synchronized.
+template <typename G>
+class BlockSystem {
+ public:
+  static constexpr int D = G::kDof;
+  using Block = Eigen::Map<Eigen::Matrix<double, D, D>>;
+  using Vector = Eigen::Map<Eigen::Matrix<double, D, 1>>;
+
+  // Finds the structure and orders it. `problem` must outlive this.
+  void Analyze(const Subproblem<G>* problem);
+  // Fills H and g at the current poses. The cost, NaN where a custom cost fails.
+  double Linearize();
+  // Factors H + damping diag(H); false if that is not positive definite.
+  bool Factorize(double damping) { return cholesky_.Factor(damping); }
+  // Solves with the factor: step holds D numbers a free pose.
+  void Solve(double* step) const { cholesky_.Solve(step); }
+  // The cost at other poses.
+  double Cost(const std::vector<G>& poses) const;
+
+  std::vector<double>& gradient() { return gradient_; }
+  Block Diagonal(int node) { return Block(cholesky_.Diagonal(node)); }
+
+ private:
+  bool IsFree(int index) const { return index != kWorldFrame && index < problem_->num_free; }
+  G Relative(const Factor<G>& factor, const std::vector<G>& poses) const {
+    return factor.i == kWorldFrame ? poses[factor.j] : poses[factor.i].Between(poses[factor.j]);
+  }
+  void FindPairs();
+
+  const Subproblem<G>* problem_ = nullptr;
+  BlockCholesky<D> cholesky_;
+  std::vector<std::pair<int, int>> pairs_;  // of free poses with a factor between them
+  std::vector<int> pair_of_;                // by factor
+  std::vector<int> begin_, order_;          // workspace of FindPairs
+  std::vector<double> gradient_;
+};
+
+extern template class BlockSystem<ceres_costs::SE2>;
+extern template class BlockSystem<ceres_costs::SE3>;
+
+}  // namespace hpgo

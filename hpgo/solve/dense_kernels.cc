@@ -1,0 +1,118 @@
+#include "hpgo/solve/dense_kernels.h"
+
+#include <cmath>
+
+// The kernels are compiled twice, for the baseline of the target and for AVX2 with FMA, from the
+// same source: the vector type is as wide as an AVX2 register and is split in two on the baseline.
+#if defined(__x86_64__)
+#define HPGO_AVX2 __attribute__((target("avx2,fma")))
+#endif
+#define HPGO_INLINE inline __attribute__((always_inline))
+
+namespace hpgo {
+namespace {
+
+typedef double Vector4 __attribute__((vector_size(32), aligned(8), may_alias));
+
+// Rows of a tile in vectors, and its columns: nine accumulators, three rows of A and one broadcast
+// fit the sixteen registers.
+constexpr int kTileColumns = 3;
+
+template <int kVectors>
+HPGO_INLINE void Tile(int k, const double* A, int lda, const double* B, int ldb, double* C,
+                      int ldc) {
+  Vector4 sum[kTileColumns][kVectors];
+  for (int c = 0; c < kTileColumns; ++c) {
+    for (int v = 0; v < kVectors; ++v) sum[c][v] = Vector4{0, 0, 0, 0};
+  }
+  for (int p = 0; p < k; ++p, A += lda, B += ldb) {
+    Vector4 a[kVectors];
+    for (int v = 0; v < kVectors; ++v) a[v] = *reinterpret_cast<const Vector4*>(A + 4 * v);
+    for (int c = 0; c < kTileColumns; ++c) {
+      const double b = B[c];
+      for (int v = 0; v < kVectors; ++v) sum[c][v] += a[v] * b;
+    }
+  }
+  for (int c = 0; c < kTileColumns; ++c) {
+    for (int v = 0; v < kVectors; ++v) {
+      *reinterpret_cast<Vector4*>(C + c * ldc + 4 * v) -= sum[c][v];
+    }
+  }
+}
+
+HPGO_INLINE void SubtractProductImpl(int m, int n, int k, const double* A, int lda, const double* B,
+                                     int ldb, double* C, int ldc) {
+  for (int j = 0; j < n; j += kTileColumns) {
+    double* column = C + static_cast<long>(j) * ldc;
+    int i = 0;
+    for (; m - i > 8; i += 12) Tile<3>(k, A + i, lda, B + j, ldb, column + i, ldc);
+    if (m - i > 4) {
+      Tile<2>(k, A + i, lda, B + j, ldb, column + i, ldc);
+    } else if (m - i > 0) {
+      Tile<1>(k, A + i, lda, B + j, ldb, column + i, ldc);
+    }
+  }
+}
+
+HPGO_INLINE bool FactorPanelImpl(int rows, int cols, double* panel, int ld,
+                                 const double* min_pivot) {
+  for (int j = 0; j < cols; j += 3) {
+    double* c0 = panel + static_cast<long>(j) * ld;
+    double* c1 = c0 + ld;
+    double* c2 = c1 + ld;
+    SubtractProductImpl(rows - j, 3, j, panel + j, ld, panel + j, ld, c0 + j, ld);
+    const double d0 = c0[j];
+    if (!(d0 > min_pivot[j])) return false;
+    const double i0 = 1 / std::sqrt(d0);
+    const double l10 = c0[j + 1] * i0, l20 = c0[j + 2] * i0;
+    const double d1 = c1[j + 1] - l10 * l10;
+    if (!(d1 > min_pivot[j + 1])) return false;
+    const double i1 = 1 / std::sqrt(d1);
+    const double l21 = (c1[j + 2] - l20 * l10) * i1;
+    const double d2 = c2[j + 2] - l20 * l20 - l21 * l21;
+    if (!(d2 > min_pivot[j + 2])) return false;
+    const double i2 = 1 / std::sqrt(d2);
+    for (int r = j; r < rows; ++r) {
+      const double x0 = c0[r] * i0;
+      const double x1 = (c1[r] - x0 * l10) * i1;
+      c0[r] = x0;
+      c1[r] = x1;
+      c2[r] = (c2[r] - x0 * l20 - x1 * l21) * i2;
+    }
+    c1[j] = c2[j] = c2[j + 1] = 0;
+  }
+  return true;
+}
+
+#if defined(__x86_64__)
+HPGO_AVX2 void SubtractProductAvx2(int m, int n, int k, const double* A, int lda, const double* B,
+                                   int ldb, double* C, int ldc) {
+  SubtractProductImpl(m, n, k, A, lda, B, ldb, C, ldc);
+}
+HPGO_AVX2 bool FactorPanelAvx2(int rows, int cols, double* panel, int ld, const double* min_pivot) {
+  return FactorPanelImpl(rows, cols, panel, ld, min_pivot);
+}
+bool HasAvx2() {
+  static const bool has = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+  return has;
+}
+#endif
+
+}  // namespace
+
+void SubtractProduct(int m, int n, int k, const double* A, int lda, const double* B, int ldb,
+                     double* C, int ldc) {
+#if defined(__x86_64__)
+  if (HasAvx2()) return SubtractProductAvx2(m, n, k, A, lda, B, ldb, C, ldc);
+#endif
+  SubtractProductImpl(m, n, k, A, lda, B, ldb, C, ldc);
+}
+
+bool FactorPanel(int rows, int cols, double* panel, int ld, const double* min_pivot) {
+#if defined(__x86_64__)
+  if (HasAvx2()) return FactorPanelAvx2(rows, cols, panel, ld, min_pivot);
+#endif
+  return FactorPanelImpl(rows, cols, panel, ld, min_pivot);
+}
+
+}  // namespace hpgo

@@ -1,0 +1,21 @@
+// The dense kernels of the block Cholesky factorization, on column-major panels.
+//
+// Panels are padded: a kernel may read and write up to kPadding - 1 rows below those it is asked
+// for, so leading dimensions are multiples of kPadding, and buffers end with kPadding spare
+// numbers. Uses AVX2 and FMA where the processor has them.
+#pragma once
+
+namespace hpgo {
+
+inline constexpr int kPadding = 4;
+
+// C -= A B' with A m x k, B n x k, C m x n; n is a multiple of 3.
+void SubtractProduct(int m, int n, int k, const double* A, int lda, const double* B, int ldb,
+                     double* C, int ldc);
+
+// Factors the leading `cols` rows of the panel in place, L L' of its lower triangle, and solves for
+// the rows below; `cols` is a multiple of 3. A pivot that is not above min_pivot[column] stops it
+// and returns false.
+bool FactorPanel(int rows, int cols, double* panel, int ld, const double* min_pivot);
+
+}  // namespace hpgo

@@ -1,0 +1,183 @@
+#include "hpgo/solve/window.h"
+
+#include <algorithm>
+
+namespace hpgo {
+
+template <typename G>
+bool Window<G>::Build(int l, const std::vector<Index>& seeds, const WindowLimits& limits,
+                      Hierarchy<G>* hierarchy) {
+  hierarchy_ = hierarchy;
+  level_ = l;
+  stamp_ = hierarchy->NewStamp();
+  nodes_.clear();
+  Collect(seeds, limits);
+  AddFactors();
+  return subproblem_.num_free > 0;
+}
+
+template <typename G>
+bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy) {
+  hierarchy_ = hierarchy;
+  level_ = l;
+  stamp_ = hierarchy->NewStamp();
+  nodes_.clear();
+  Level<G>& level = hierarchy->mutable_level(l);
+  for (Index n = 0; n < static_cast<Index>(level.nodes.size()); ++n) {
+    LevelNode<G>& node = level.nodes[n];
+    if (!node.alive || node.fixed > 0) continue;
+    node.stamp = stamp_;
+    node.scratch = static_cast<Index>(nodes_.size());
+    nodes_.push_back(n);
+  }
+  AddFactors();
+  return subproblem_.num_free > 0;
+}
+
+// Makes a node free unless it is constant or has too many edges for the window.
+template <typename G>
+bool Window<G>::TryAdd(Index n, int max_edges) {
+  Level<G>& level = hierarchy_->mutable_level(level_);
+  LevelNode<G>& node = level.nodes[n];
+  if (!node.alive || node.stamp == stamp_ || node.fixed > 0 || node.degree > max_edges) {
+    return false;
+  }
+  int fresh = 0;  // edges that no free node has brought in yet
+  ForEachEdge(level, n, [&](Index, Index other) {
+    fresh += other == kNone || level.nodes[other].stamp != stamp_;
+  });
+  if (num_edges_ + fresh > max_edges && !nodes_.empty()) return false;
+  num_edges_ += fresh;
+  node.stamp = stamp_;
+  node.scratch = static_cast<Index>(nodes_.size());
+  nodes_.push_back(n);
+  return true;
+}
+
+template <typename G>
+void Window<G>::Collect(const std::vector<Index>& seeds, const WindowLimits& limits) {
+  num_edges_ = 0;
+  for (const Index seed : seeds) TryAdd(seed, limits.max_edges);
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    const Level<G>& level = hierarchy_->level(level_);
+    for (Index e = level.nodes[nodes_[k]].first_edge; e != kNone;) {
+      if (static_cast<int>(nodes_.size()) >= limits.max_nodes) return;
+      const LevelEdge<G>& edge = level.edges[e];
+      const int side = edge.node[1] == nodes_[k];
+      if (edge.node[1 - side] != kNone) TryAdd(edge.node[1 - side], limits.max_edges);
+      e = edge.next[side];
+    }
+  }
+}
+
+template <typename G>
+void Window<G>::AddFactors() {
+  Level<G>& level = hierarchy_->mutable_level(level_);
+  edges_.clear();
+  frames_.clear();
+  subproblem_.factors.clear();
+  const std::size_t num_free = nodes_.size();
+  subproblem_.num_free = static_cast<int>(num_free);
+  bool held = false;
+  for (std::size_t k = 0; k < num_free; ++k) {
+    ForEachEdge(level, nodes_[k], [&](Index e, Index other) {
+      Factor<G> factor;
+      if (other == kNone) {
+        held = true;
+      } else {
+        LevelNode<G>& end = level.nodes[other];
+        if (end.stamp != stamp_) {
+          end.stamp = stamp_;
+          end.scratch = static_cast<Index>(nodes_.size());
+          nodes_.push_back(other);
+        } else if (end.scratch < static_cast<Index>(k)) {
+          return;  // came with the other end
+        }
+        held |= end.scratch >= static_cast<Index>(num_free);
+        factor.i = level.nodes[level.edges[e].node[0]].scratch;
+      }
+      if (level_ > 0 && !level.edges[e].merged) hierarchy_->Merge(level_, e);
+      factor.j = level.nodes[level.edges[e].node[1]].scratch;
+      static_cast<ceres_costs::FactorTerm<G>&>(factor) = hierarchy_->FactorOf(level_, e);
+      subproblem_.factors.push_back(factor);
+      edges_.push_back(e);
+    });
+  }
+  if (!held && num_free > 0) HoldGauge();
+  subproblem_.poses.clear();
+  for (const Index n : nodes_) {
+    const LevelNode<G>& node = level.nodes[n];
+    subproblem_.poses.push_back(
+        node.parent == kNone ? node.pose : FrameOf(level_ + 1, node.parent) * node.pose);
+  }
+  before_ = subproblem_.poses;
+}
+
+// Nothing holds the window: its first node becomes constant, the last of the list.
+template <typename G>
+void Window<G>::HoldGauge() {
+  Level<G>& level = hierarchy_->mutable_level(level_);
+  const Index first = 0, last = static_cast<Index>(nodes_.size()) - 1;
+  std::swap(nodes_[first], nodes_[last]);
+  std::swap(level.nodes[nodes_[first]].scratch, level.nodes[nodes_[last]].scratch);
+  for (Factor<G>& factor : subproblem_.factors) {
+    for (int* end : {&factor.i, &factor.j}) {
+      if (*end == first) {
+        *end = last;
+      } else if (*end == last) {
+        *end = first;
+      }
+    }
+  }
+  --subproblem_.num_free;
+}
+
+// T_world_group, computed once a window.
+template <typename G>
+const G& Window<G>::FrameOf(int l, Index n) {
+  LevelNode<G>& node = hierarchy_->mutable_level(l).nodes[n];
+  if (node.stamp != stamp_) {
+    const G frame = node.parent == kNone ? node.pose : FrameOf(l + 1, node.parent) * node.pose;
+    node.stamp = stamp_;
+    node.scratch = static_cast<Index>(frames_.size());
+    frames_.push_back(frame);
+  }
+  return frames_[node.scratch];
+}
+
+template <typename G>
+bool Window<G>::IsFree(Index n) const {
+  const LevelNode<G>& node = hierarchy_->level(level_).nodes[n];
+  return node.stamp == stamp_ && node.scratch < subproblem_.num_free;
+}
+
+template <typename G>
+bool Window<G>::IsInterior(std::size_t k) const {
+  const Factor<G>& factor = subproblem_.factors[k];
+  return factor.i < subproblem_.num_free && factor.j < subproblem_.num_free;
+}
+
+template <typename G>
+G Window<G>::Relative(std::size_t k, const std::vector<G>& poses) const {
+  const Factor<G>& factor = subproblem_.factors[k];
+  return factor.i == kWorldFrame ? poses[factor.j] : poses[factor.i].Between(poses[factor.j]);
+}
+
+template <typename G>
+void Window<G>::Commit(Hierarchy<G>* hierarchy) const {
+  for (int k = 0; k < subproblem_.num_free; ++k) {
+    LevelNode<G>& node = hierarchy->mutable_level(level_).nodes[nodes_[k]];
+    const G& pose = subproblem_.poses[k];
+    if (node.parent == kNone) {
+      node.pose = pose.Normalized();
+    } else {
+      const Index frame = hierarchy->level(level_ + 1).nodes[node.parent].scratch;
+      node.pose = frames_[frame].Between(pose).Normalized();
+    }
+  }
+}
+
+template class Window<ceres_costs::SE2>;
+template class Window<ceres_costs::SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,64 @@
+// A bounded part of one level as a Subproblem: breadth-first around its seeds, with the nodes on
+// its border held (paper, section IV.B).
+#pragma once
+
+#include <vector>
+
+#include "hpgo/hierarchy/hierarchy.h"
+#include "hpgo/solve/subproblem.h"
+
+namespace hpgo {
+
+struct WindowLimits {
+  int max_nodes = 100;   // P: free nodes
+  int max_edges = 1000;  // a node with more edges than this is always border
+};
+
+// Reusable: keeps its storage from window to window. Not synchronized.
+template <typename G>
+class Window {
+ public:
+  // Collects up to max_nodes free nodes, breadth-first from the seeds, and every edge at one of
+  // them. Constant nodes (LevelNode::fixed) are border. Where nothing else holds the gauge, the
+  // first node is. False if no node is free.
+  bool Build(int l, const std::vector<Index>& seeds, const WindowLimits& limits,
+             Hierarchy<G>* hierarchy);
+  // The whole level.
+  bool BuildWhole(int l, Hierarchy<G>* hierarchy);
+
+  Subproblem<G>& subproblem() { return subproblem_; }
+  int level() const { return level_; }
+  // The nodes in the order of the subproblem's poses, and the edges in the order of its factors.
+  const std::vector<Index>& nodes() const { return nodes_; }
+  const std::vector<Index>& edges() const { return edges_; }
+  bool IsFree(Index node) const;
+  bool IsInterior(std::size_t edge) const;  // both ends free
+  // The relative pose of the edge edges()[k] at the subproblem's poses, and when it was built.
+  G RelativePose(std::size_t k) const { return Relative(k, subproblem_.poses); }
+  G RelativePoseBefore(std::size_t k) const { return Relative(k, before_); }
+
+  // Writes the free poses into the hierarchy.
+  void Commit(Hierarchy<G>* hierarchy) const;
+
+ private:
+  void Collect(const std::vector<Index>& seeds, const WindowLimits& limits);
+  bool TryAdd(Index node, int max_edges);
+  void AddFactors();
+  void HoldGauge();
+  const G& FrameOf(int l, Index node);
+  G Relative(std::size_t k, const std::vector<G>& poses) const;
+
+  Hierarchy<G>* hierarchy_ = nullptr;
+  int level_ = 0;
+  std::uint32_t stamp_ = 0;
+  int num_edges_ = 0;
+  std::vector<Index> nodes_, edges_;
+  std::vector<G> frames_;  // T_world_group of the ancestors met, by their scratch
+  std::vector<G> before_;
+  Subproblem<G> subproblem_;
+};
+
+extern template class Window<ceres_costs::SE2>;
+extern template class Window<ceres_costs::SE3>;
+
+}  // namespace hpgo
