@@ -37,6 +37,14 @@ std::string Wrapped(const std::string& text, const std::string& indent) {
   return result + line + "\n";
 }
 
+// gflags prints 0.005 with all 17 digits.
+std::string ShortNumber(const std::string& digits) {
+  std::ostringstream text;
+  text.precision(12);
+  text << std::stod(digits);
+  return text.str();
+}
+
 std::string FlagHelp(const std::string& name) {
   gflags::CommandLineFlagInfo info;
   if (!gflags::GetCommandLineFlagInfo(name.c_str(), &info)) return "";
@@ -44,6 +52,7 @@ std::string FlagHelp(const std::string& name) {
   if (name == "v") info.description = "log what the solvers do to stderr, more with 2 and 3";
   std::string head = "  --" + name;
   std::string preset = info.default_value;
+  if (info.type == "double") preset = ShortNumber(preset);
   if (info.type == "string") {
     head += "=TEXT";
     preset = preset.empty() ? "" : "default: " + preset;

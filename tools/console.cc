@@ -14,8 +14,12 @@
 namespace hpgo_cli {
 namespace {
 
+// A terminal that understands escape sequences.
 bool IsTerminal() {
-  static const bool is_terminal = isatty(STDERR_FILENO) != 0;
+  static const bool is_terminal = [] {
+    const char* term = std::getenv("TERM");
+    return isatty(STDERR_FILENO) != 0 && !(term != nullptr && std::strcmp(term, "dumb") == 0);
+  }();
   return is_terminal;
 }
 
@@ -23,9 +27,7 @@ bool IsTerminal() {
 bool UsesColor() {
   static const bool uses_color = [] {
     const char* no_color = std::getenv("NO_COLOR");
-    const char* term = std::getenv("TERM");
-    return IsTerminal() && (no_color == nullptr || no_color[0] == '\0') &&
-           !(term != nullptr && std::strcmp(term, "dumb") == 0);
+    return IsTerminal() && (no_color == nullptr || no_color[0] == '\0');
   }();
   return uses_color;
 }

@@ -36,7 +36,7 @@ std::string Facts(const PlotGraph& graph) {
   if (graph.chi2.has_value()) {
     char number[48];
     const double size = std::abs(*graph.chi2);
-    const char* format = size >= 1e9 ? ", chi2 %.4e" : size >= 1000 ? ", chi2 %.2f" : ", chi2 %.5g";
+    const char* format = size >= 1e7 ? ", chi2 %.4e" : size >= 1000 ? ", chi2 %.2f" : ", chi2 %.5g";
     std::snprintf(number, sizeof(number), format, *graph.chi2);
     text += number;
   }

@@ -72,7 +72,8 @@ TEST(OptimizeCommandTest, TheProgressLineIsForTerminals) {
   EXPECT_THAT(RunProgram({"optimize", "-"}, options).err, Not(HasSubstr("\r")));
   options.stderr_is_terminal = true;
   options.environment = {"TERM=xterm"};
-  EXPECT_THAT(RunProgram({"optimize", "-", "--init=file"}, options).err, HasSubstr("\riteration "));
+  EXPECT_THAT(RunProgram({"optimize", "-", "--init=file"}, options).err,
+              HasSubstr("\r\033[Kiteration 1, cost "));
   EXPECT_THAT(RunProgram({"optimize", "-", "--quiet"}, options).err, IsEmpty());
 }
 
