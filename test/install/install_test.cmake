@@ -34,11 +34,12 @@ file(WRITE ${WORK_DIR}/all_headers.cc "${includes}int main() { return 0; }\n")
 
 set(flags "")
 if(SANITIZE)
-  set(flags "-fsanitize=address,undefined")
+  # As in the top CMakeLists.txt.
+  set(flags "-fsanitize=address,undefined -DEIGEN_MALLOC_ALREADY_ALIGNED=1")
 endif()
 run(${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK_DIR}/build -G ${GENERATOR}
     -D CMAKE_PREFIX_PATH=${prefix} -D CMAKE_CXX_COMPILER=${CXX_COMPILER}
-    -D CMAKE_BUILD_TYPE=${BUILD_TYPE} -D CMAKE_CXX_FLAGS=${flags}
+    -D CMAKE_BUILD_TYPE=${BUILD_TYPE} "-DCMAKE_CXX_FLAGS=${flags}"
     -D ALL_HEADERS=${WORK_DIR}/all_headers.cc)
 run(${CMAKE_COMMAND} --build ${WORK_DIR}/build)
 run(${WORK_DIR}/build/one_layer)
