@@ -57,7 +57,9 @@ class Chordal {
     pairs.reserve(graph_.edges().size());
     for (const GraphEdge<G>& edge : graph_.edges()) {
       const int i = unknown_[edge.i], j = unknown_[edge.j];
-      if (i != kKnown && j != kKnown) pairs.emplace_back(i, j);
+      const bool both = i != kKnown && j != kKnown;
+      pair_of_.push_back(both ? static_cast<int>(pairs.size()) : kNone);
+      if (both) pairs.emplace_back(i, j);
     }
     ChordalSystem<d> system(unknowns_, pairs);
     if (!SolveRotations(&system)) {
@@ -73,6 +75,7 @@ class Chordal {
   static constexpr int d = G::kDim;
   static constexpr int r = G::kRotationDof;
   static constexpr int kKnown = -1;
+  static constexpr int kNone = -1;
   using Block = typename G::RotationMatrix;
   using Vector = typename G::Vector;
 
@@ -89,16 +92,18 @@ class Chordal {
     const double floor = kWeightFloor * total / static_cast<double>(weights.size()) + kTiny;
 
     system->Reset(d);
-    std::size_t k = 0;
-    for (const GraphEdge<G>& edge : graph_.edges()) {
-      const double p = weights[k++] + floor;
+    const std::size_t edges = graph_.edges().size();
+    for (std::size_t k = 0; k < edges; ++k) {
+      const GraphEdge<G>& edge = graph_.edges()[k];
+      const double p = weights[k] + floor;
       const Block P = p * Block::Identity();
-      AddRelative<d>(edge.i, edge.j, P, -p * edge.measurement.matrix(), P, Block::Zero(),
-                     Block::Zero(), poses_[edge.i].matrix().transpose(),
-                     poses_[edge.j].matrix().transpose(), system);
+      AddRelative<d>(k, P, -p * edge.measurement.matrix(), P, Block::Zero(), Block::Zero(),
+                     poses_[edge.i].matrix().transpose(), poses_[edge.j].matrix().transpose(),
+                     system);
     }
-    for (const GraphPrior<G>& prior : graph_.priors()) {
-      const double p = weights[k++];
+    for (std::size_t k = 0; k < graph_.priors().size(); ++k) {
+      const GraphPrior<G>& prior = graph_.priors()[k];
+      const double p = weights[edges + k];
       const int u = unknown_[prior.node];
       if (u == kKnown) continue;
       system->AddDiagonal(u, p * Block::Identity());
@@ -124,7 +129,8 @@ class Chordal {
         kWeightFloor * total / static_cast<double>(graph_.edges().size()) / d + kTiny;
 
     system->Reset(1);
-    for (const GraphEdge<G>& edge : graph_.edges()) {
+    for (std::size_t k = 0; k < graph_.edges().size(); ++k) {
+      const GraphEdge<G>& edge = graph_.edges()[k];
       const Block Rt = edge.measurement.matrix().transpose();
       const Block B = Rt * poses_[edge.i].matrix().transpose();
       const Vector c = Rt * edge.measurement.translation();
@@ -132,7 +138,7 @@ class Chordal {
       const G D = edge.measurement.Between(poses_[edge.i].Between(poses_[edge.j]));
       const Vector right = B.transpose() * (W * c - RotationPull(edge.information, D));
       const Block A = B.transpose() * W * B;
-      AddRelative<1>(edge.i, edge.j, A, -A, A, -right, right, poses_[edge.i].translation(),
+      AddRelative<1>(k, A, -A, A, -right, right, poses_[edge.i].translation(),
                      poses_[edge.j].translation(), system);
     }
     for (const GraphPrior<G>& prior : graph_.priors()) {
@@ -160,15 +166,15 @@ class Chordal {
            DeviationError(ceres_costs::ErrorConvention::kG2o, D).template tail<r>();
   }
 
-  // Adds the normal equations [A_ii A_ij; A_ij' A_jj] [x_i; x_j] = [b_i; b_j], with the known
-  // unknowns on the right side.
+  // Adds the normal equations [A_ii A_ij; A_ij' A_jj] [x_i; x_j] = [b_i; b_j] of an edge, with what
+  // is known of x on the right side.
   template <int columns>
-  void AddRelative(int i, int j, const Block& A_ii, const Block& A_ij, const Block& A_jj,
+  void AddRelative(std::size_t edge, const Block& A_ii, const Block& A_ij, const Block& A_jj,
                    const Eigen::Matrix<double, d, columns>& b_i,
                    const Eigen::Matrix<double, d, columns>& b_j,
                    const Eigen::Matrix<double, d, columns>& x_i,
                    const Eigen::Matrix<double, d, columns>& x_j, ChordalSystem<d>* system) {
-    const int u = unknown_[i], v = unknown_[j];
+    const int u = unknown_[graph_.edges()[edge].i], v = unknown_[graph_.edges()[edge].j];
     if (u != kKnown) {
       system->AddDiagonal(u, A_ii);
       system->AddRight(u, b_i);
@@ -179,7 +185,7 @@ class Chordal {
       system->AddRight(v, b_j);
       if (u == kKnown) system->AddRight(v, -A_ij.transpose() * x_i);
     }
-    if (u != kKnown && v != kKnown) system->AddOffDiagonal(u, v, A_ij);
+    if (pair_of_[edge] != kNone) system->AddOffDiagonal(pair_of_[edge], A_ij);
   }
 
   // Keeps a graph without any information solvable.
@@ -188,6 +194,7 @@ class Chordal {
   const PoseGraph<G>& graph_;
   std::vector<G> poses_;
   std::vector<int> unknown_;  // by node: the number of its unknown, or kKnown
+  std::vector<int> pair_of_;  // by edge: the number of its pair of unknowns, or kNone
   int unknowns_ = 0;
 };
 

@@ -2,59 +2,53 @@
 
 #include <algorithm>
 
-#include "Eigen/OrderingMethods"
-
 namespace hpgo {
 
 template <int d>
 ChordalSystem<d>::ChordalSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs)
-    : rank_(unknowns), diagonal_(unknowns) {
-  std::vector<Eigen::Triplet<double>> entries;
-  entries.reserve(2 * pairs.size() + unknowns);
-  for (int i = 0; i < unknowns; ++i) entries.emplace_back(i, i, 1.0);
-  for (const auto& [i, j] : pairs) {
-    entries.emplace_back(i, j, 1.0);
-    entries.emplace_back(j, i, 1.0);
+    : unknowns_(unknowns), block_of_(pairs.size()), transposed_(pairs.size()) {
+  std::vector<std::pair<int, int>> distinct;
+  distinct.reserve(pairs.size());
+  for (const auto& [i, j] : pairs) distinct.emplace_back(std::min(i, j), std::max(i, j));
+  const std::vector<std::pair<int, int>> ordered = distinct;  // by pair, smaller first
+  std::sort(distinct.begin(), distinct.end());
+  distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const auto found = std::lower_bound(distinct.begin(), distinct.end(), ordered[p]);
+    block_of_[p] = static_cast<int>(found - distinct.begin());
+    transposed_[p] = pairs[p].first > pairs[p].second;
   }
-  Eigen::SparseMatrix<double> pattern(unknowns, unknowns);
-  pattern.setFromTriplets(entries.begin(), entries.end());
-  Eigen::AMDOrdering<int>::PermutationType order;
-  Eigen::AMDOrdering<int>()(pattern, order);
-  for (int r = 0; r < unknowns; ++r) rank_[order.indices()(r)] = r;
+  cholesky_.Analyze(unknowns, distinct);
 }
 
 template <int d>
 void ChordalSystem<d>::Reset(int columns) {
-  std::fill(diagonal_.begin(), diagonal_.end(), Block::Zero());
-  lower_.clear();
-  right_.setZero(d * static_cast<Eigen::Index>(rank_.size()), columns);
+  cholesky_.SetZero();
+  right_.setZero(kStride * static_cast<Eigen::Index>(unknowns_), columns);
+  for (int i = 0; i < unknowns_; ++i) {
+    for (int k = d; k < kStride; ++k) Eigen::Map<Padded>(cholesky_.Diagonal(i))(k, k) = 1;
+  }
 }
 
 template <int d>
-void ChordalSystem<d>::AddOffDiagonal(int i, int j, const Block& block) {
-  const bool below = rank_[i] > rank_[j];
-  const int row = d * rank_[below ? i : j], column = d * rank_[below ? j : i];
-  for (int r = 0; r < d; ++r) {
-    for (int c = 0; c < d; ++c) {
-      lower_.emplace_back(row + r, column + c, below ? block(r, c) : block(c, r));
-    }
+void ChordalSystem<d>::AddDiagonal(int unknown, const Block& block) {
+  Eigen::Map<Padded>(cholesky_.Diagonal(unknown)).template topLeftCorner<d, d>() += block;
+}
+
+template <int d>
+void ChordalSystem<d>::AddOffDiagonal(int p, const Block& block) {
+  Eigen::Map<Padded> stored(cholesky_.OffDiagonal(block_of_[p]));
+  if (transposed_[p]) {
+    stored.template topLeftCorner<d, d>() += block.transpose();
+  } else {
+    stored.template topLeftCorner<d, d>() += block;
   }
 }
 
 template <int d>
 bool ChordalSystem<d>::Solve() {
-  for (int k = 0; k < static_cast<int>(diagonal_.size()); ++k) {
-    for (int r = 0; r < d; ++r) {
-      for (int c = 0; c <= r; ++c) lower_.emplace_back(d * k + r, d * k + c, diagonal_[k](r, c));
-    }
-  }
-  Eigen::SparseMatrix<double> matrix(right_.rows(), right_.rows());
-  matrix.setFromTriplets(lower_.begin(), lower_.end());
-  if (!analyzed_) factorization_.analyzePattern(matrix);
-  analyzed_ = true;
-  factorization_.factorize(matrix);
-  if (factorization_.info() != Eigen::Success) return false;
-  right_ = factorization_.solve(right_).eval();
+  if (!cholesky_.Factor(0)) return false;
+  for (Eigen::Index c = 0; c < right_.cols(); ++c) cholesky_.Solve(right_.col(c).data());
   return right_.allFinite();
 }
 

@@ -5,42 +5,44 @@
 #include <vector>
 
 #include "Eigen/Core"
-#include "Eigen/SparseCholesky"
-#include "Eigen/SparseCore"
+#include "hpgo/solve/block_cholesky.h"
 
 namespace hpgo {
 
-// Used as Reset, Add..., Solve, any number of times on one pattern, which is ordered once and on
-// blocks. Not synchronized.
+// Used as Reset, Add..., Solve, any number of times on one pattern, which is ordered once. Not
+// synchronized.
 template <int d>
 class ChordalSystem {
  public:
   using Block = Eigen::Matrix<double, d, d>;
 
-  // `pairs` are the unknowns that share off-diagonal blocks; each gets one in every use.
+  // `pairs` are the unknowns that share off-diagonal blocks, first != second; any may come again.
   ChordalSystem(int unknowns, const std::vector<std::pair<int, int>>& pairs);
 
+  // All zero, with `columns` right sides.
   void Reset(int columns);
-  // Adds to the diagonal block, the off-diagonal block (i, j) and its transpose, the right side.
-  void AddDiagonal(int i, const Block& block) { diagonal_[rank_[i]] += block; }
-  void AddOffDiagonal(int i, int j, const Block& block);
+  // Adds to the diagonal block of an unknown; to the block at row pairs[p].first and column
+  // pairs[p].second and, transposed, to its mirror image; to an unknown's rows of the right sides.
+  void AddDiagonal(int unknown, const Block& block);
+  void AddOffDiagonal(int p, const Block& block);
   template <typename Derived>
-  void AddRight(int i, const Eigen::MatrixBase<Derived>& block) {
-    right_.middleRows<d>(d * rank_[i]) += block;
+  void AddRight(int unknown, const Eigen::MatrixBase<Derived>& rows) {
+    right_.middleRows<d>(kStride * unknown) += rows;
   }
   // False if the matrix is not positive definite.
   bool Solve();
-  // The solution's rows of unknown i.
-  auto Solution(int i) const { return right_.middleRows<d>(d * rank_[i]); }
+  // The solution's rows of an unknown.
+  auto Solution(int unknown) const { return right_.middleRows<d>(kStride * unknown); }
 
  private:
-  std::vector<int> rank_;  // position in the elimination order
-  std::vector<Block> diagonal_;
-  std::vector<Eigen::Triplet<double>> lower_;
+  static constexpr int kStride = 3;  // the factorization's blocks; in 2D the last row is idle
+  using Padded = Eigen::Matrix<double, kStride, kStride>;
+
+  const int unknowns_;
+  std::vector<int> block_of_;     // by pair
+  std::vector<bool> transposed_;  // by pair: the block is stored the other way round
+  BlockCholesky<kStride> cholesky_;
   Eigen::MatrixXd right_;
-  Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
-      factorization_;
-  bool analyzed_ = false;
 };
 
 extern template class ChordalSystem<2>;
