@@ -22,7 +22,7 @@ class AlignmentTest : public ::testing::Test {
   std::mt19937_64 rng_{7};
 };
 using Groups = ::testing::Types<SE2, SE3>;
-TYPED_TEST_SUITE(AlignmentTest, Groups);
+TYPED_TEST_SUITE(AlignmentTest, Groups, );
 
 TYPED_TEST(AlignmentTest, RecoversAKnownTransform) {
   for (int count : {1, 2, 3, 4, 100}) {

@@ -30,7 +30,7 @@ std::vector<G> Walk(int count) {
 template <typename G>
 class RevisitsTest : public ::testing::Test {};
 using Groups = ::testing::Types<SE2, SE3>;
-TYPED_TEST_SUITE(RevisitsTest, Groups);
+TYPED_TEST_SUITE(RevisitsTest, Groups, );
 
 TYPED_TEST(RevisitsTest, PairsEveryNodeWithItsNearestOlderPass) {
   const auto poses = Walk<TypeParam>(400);
