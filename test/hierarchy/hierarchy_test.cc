@@ -154,7 +154,8 @@ TYPED_TEST(HierarchyTest, SurvivesRandomRemovals) {
   }
 }
 
-// The change of the objective under a small correction of one group equals that of the coarse edges.
+// The change of the objective under a small correction of one group equals that of the coarse
+// edges.
 TYPED_TEST(HierarchyTest, GalerkinEdgesMatchTheFineObjective) {
   using Tangent = typename TypeParam::Tangent;
   HierarchyOptions options;
