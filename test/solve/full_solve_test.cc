@@ -3,9 +3,11 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <string>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "hpgo/solve/solver_factory.h"
 #include "independent_solver.h"
 #include "small_graphs.h"
 
@@ -14,6 +16,8 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+
+constexpr Engine kEngines[] = {Engine::kCeres, Engine::kBlock};
 
 template <typename G>
 bool SameBits(const G& a, const G& b) {
@@ -62,6 +66,9 @@ TYPED_TEST(FullSolveTest, ReachesTheOptimumFromEveryStart) {
     ASSERT_TRUE(report.status.ok()) << report.status.ToString();
     EXPECT_TRUE(report.converged);
     EXPECT_NEAR(report.chi2_after, optimum, 1e-6 * optimum);
+    PoseGraph<TypeParam> by_blocks = known.graph;
+    options.engine = Engine::kBlock;
+    EXPECT_NEAR(SolveFull(options, &by_blocks).chi2_after, optimum, 1e-6 * optimum);
     EXPECT_GT(report.chi2_before, 1.5 * optimum);
     EXPECT_EQ(report.cost_after, report.chi2_after);
     EXPECT_EQ(report.components, 1);
@@ -117,10 +124,11 @@ TYPED_TEST(FullSolveTest, FixedNodesNeverMoveByABit) {
   PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 5).graph;
   for (const int k : {4, 17, 18, 29}) graph.node(k).fixed = true;
   const PoseGraph<TypeParam> before = graph;
-  for (const InitMethod init : {InitMethod::kFile, InitMethod::kChordal, InitMethod::kAuto}) {
+  for (const Engine engine : kEngines) {
+    SCOPED_TRACE(EngineName(engine));
     graph = before;
     FullSolveOptions options;
-    options.init = init;
+    options.engine = engine;
     const FullSolveReport report = SolveFull(options, &graph);
     ASSERT_TRUE(report.status.ok()) << report.status.ToString();
     EXPECT_TRUE(report.converged);
@@ -165,12 +173,21 @@ TYPED_TEST(FullSolveTest, PositionPriorsAnchorAGraphThatStartsFarOff) {
     prior.information.template topLeftCorner<G::kDim, G::kDim>().setIdentity();
     ASSERT_TRUE(known.graph.AddPrior(prior).ok());
   }
-  const FullSolveReport report = SolveFull(FullSolveOptions(), &known.graph);
-  ASSERT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_EQ(report.held_nodes, 0);
-  EXPECT_GT(report.chi2_before, 1);
-  EXPECT_LT(report.chi2_after, 1e-9);
-  EXPECT_LT(LargestDistance(known.graph, known.truth), 1e-4);
+  for (const Engine engine : kEngines) {
+    for (const InitMethod init : {InitMethod::kAuto, InitMethod::kFile}) {
+      SCOPED_TRACE(std::string(EngineName(engine)) + " " + InitMethodName(init));
+      PoseGraph<G> graph = known.graph;
+      FullSolveOptions options;
+      options.engine = engine;
+      options.init = init;
+      const FullSolveReport report = SolveFull(options, &graph);
+      ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+      EXPECT_EQ(report.held_nodes, 0);
+      EXPECT_GT(report.chi2_before, 1);
+      EXPECT_LT(report.chi2_after, 1e-9);
+      EXPECT_LT(LargestDistance(graph, known.truth), 1e-4);
+    }
+  }
 }
 
 TYPED_TEST(FullSolveTest, AFullPriorIsWeighedAgainstTheEdges) {
@@ -220,17 +237,20 @@ TYPED_TEST(FullSolveTest, ARobustLossOnClosuresOvercomesOutliers) {
   PoseGraph<G> plain = known.graph;
   EXPECT_TRUE(SolveFull(FullSolveOptions(), &plain).status.ok());
   EXPECT_GT(LargestDistance(plain, known.truth), 1);
-  for (const char* loss : {"cauchy", "geman_mcclure", "dcs", "tukey"}) {
-    SCOPED_TRACE(loss);
-    PoseGraph<G> robust = known.graph;
-    FullSolveOptions options;
-    options.loss = loss;
-    options.loss_scale = 5;
-    const FullSolveReport report = SolveFull(options, &robust);
-    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
-    EXPECT_LT(LargestDistance(robust, known.truth), 0.15);
-    EXPECT_LT(report.cost_after, report.chi2_after);
-    EXPECT_LE(report.cost_after, report.cost_start);
+  for (const Engine engine : kEngines) {
+    for (const char* loss : {"cauchy", "geman_mcclure", "dcs", "tukey"}) {
+      SCOPED_TRACE(std::string(EngineName(engine)) + " " + loss);
+      PoseGraph<G> robust = known.graph;
+      FullSolveOptions options;
+      options.engine = engine;
+      options.loss = loss;
+      options.loss_scale = 5;
+      const FullSolveReport report = SolveFull(options, &robust);
+      ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+      EXPECT_LT(LargestDistance(robust, known.truth), 0.15);
+      EXPECT_LT(report.cost_after, report.chi2_after);
+      EXPECT_LE(report.cost_after, report.cost_start);
+    }
   }
 }
 
@@ -273,49 +293,58 @@ TYPED_TEST(FullSolveTest, CancelledBeforeItBeginsNothingChanges) {
 }
 
 TYPED_TEST(FullSolveTest, CancelledOnTheWayTheBestSoFarIsKept) {
-  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 10).graph;
-  std::atomic<bool> cancel(false);
-  FullSolveOptions options;
-  options.init = InitMethod::kFile;
-  options.cancel = &cancel;
-  double last_cost = -1;
-  options.progress = [&](int iteration, double cost) {
-    EXPECT_EQ(iteration, 1);
-    last_cost = cost;
-    cancel = true;
-  };
-  const FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
-  EXPECT_EQ(report.iterations, 1);
-  EXPECT_LT(report.cost_after, report.cost_before);
-  EXPECT_NEAR(report.cost_after, last_cost, 1e-9 * last_cost);
-  FullSolveOptions evaluate;
-  evaluate.max_iterations = 0;
-  evaluate.init = InitMethod::kFile;
-  EXPECT_NEAR(SolveFull(evaluate, &graph).chi2_before, report.chi2_after,
-              1e-12 * report.chi2_after);
+  for (const Engine engine : kEngines) {
+    SCOPED_TRACE(EngineName(engine));
+    PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 10).graph;
+    std::atomic<bool> cancel(false);
+    FullSolveOptions options;
+    options.engine = engine;
+    options.init = InitMethod::kFile;
+    options.cancel = &cancel;
+    double last_cost = -1;
+    options.progress = [&](int iteration, double cost) {
+      EXPECT_EQ(iteration, 1);
+      last_cost = cost;
+      cancel = true;
+    };
+    const FullSolveReport report = SolveFull(options, &graph);
+    EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
+    EXPECT_EQ(report.iterations, 1);
+    EXPECT_LT(report.cost_after, report.cost_before);
+    EXPECT_NEAR(report.cost_after, last_cost, 1e-9 * last_cost);
+    FullSolveOptions evaluate;
+    evaluate.max_iterations = 0;
+    evaluate.init = InitMethod::kFile;
+    EXPECT_NEAR(SolveFull(evaluate, &graph).chi2_before, report.chi2_after,
+                1e-12 * report.chi2_after);
+  }
 }
 
 TYPED_TEST(FullSolveTest, ALimitLeavesAUsableResult) {
   const PoseGraph<TypeParam> input = MakeKnownGraph<TypeParam>(30, 0.05, 11).graph;
-  FullSolveOptions options;
-  options.init = InitMethod::kFile;
-  options.max_seconds = 0;
-  PoseGraph<TypeParam> graph = input;
-  FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_FALSE(report.converged);
-  EXPECT_LE(report.iterations, 1);
+  for (const Engine engine : kEngines) {
+    SCOPED_TRACE(EngineName(engine));
+    FullSolveOptions options;
+    options.engine = engine;
+    options.init = InitMethod::kFile;
+    options.max_seconds = 0;
+    PoseGraph<TypeParam> graph = input;
+    FullSolveReport report = SolveFull(options, &graph);
+    EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_FALSE(report.converged);
+    EXPECT_LE(report.iterations, 1);
 
-  options = FullSolveOptions();
-  options.init = InitMethod::kFile;
-  options.max_iterations = 1;
-  graph = input;
-  report = SolveFull(options, &graph);
-  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_FALSE(report.converged);
-  EXPECT_EQ(report.iterations, 1);
-  EXPECT_LT(report.chi2_after, report.chi2_before);
+    options = FullSolveOptions();
+    options.engine = engine;
+    options.init = InitMethod::kFile;
+    options.max_iterations = 1;
+    graph = input;
+    report = SolveFull(options, &graph);
+    EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_FALSE(report.converged);
+    EXPECT_EQ(report.iterations, 1);
+    EXPECT_LT(report.chi2_after, report.chi2_before);
+  }
 }
 
 TYPED_TEST(FullSolveTest, EqualInputsGiveEqualBits) {
