@@ -9,19 +9,23 @@
 namespace hpgo {
 namespace {
 
-std::size_t LineLength(const char* begin, const char* end) {
-  const std::size_t size = static_cast<std::size_t>(end - begin);
-  const void* found = std::memchr(begin, '\n', size);
-  return found ? static_cast<std::size_t>(static_cast<const char*>(found) - begin) : size;
+// Where the line after the one at `begin` starts, or `end`.
+const char* NextLine(const char* begin, const char* end) {
+  const void* found = std::memchr(begin, '\n', static_cast<std::size_t>(end - begin));
+  return found ? static_cast<const char*>(found) + 1 : end;
+}
+
+// Without the end of the line.
+std::string_view LineBetween(const char* begin, const char* next) {
+  std::string_view line(begin, static_cast<std::size_t>(next - begin));
+  if (!line.empty() && line.back() == '\n') line.remove_suffix(1);
+  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  return line;
 }
 
 template <typename G>
 bool SameBits(const G& a, const G& b) {
   return std::memcmp(a.data(), b.data(), G::kParams * sizeof(double)) == 0;
-}
-
-std::string LineCount(std::int64_t count) {
-  return std::to_string(count) + (count == 1 ? " line" : " lines");
 }
 
 }  // namespace
@@ -34,11 +38,10 @@ template <typename G>
 Status G2oParser<G>::Parse(GraphFile<G>* out, ReadReport* report) {
   ReserveForText();
   const char* const end = text_.data() + text_.size();
-  for (const char* next = text_.data(); next < end && !log_.stopped();) {
+  for (const char* next = text_.data(); next != end && !log_.stopped();) {
     place_ = {place_.number + 1, next};
-    line_ = std::string_view(next, LineLength(next, end));
-    next += line_.size() + 1;
-    if (!line_.empty() && line_.back() == '\r') line_.remove_suffix(1);
+    next = NextLine(next, end);
+    line_ = LineBetween(place_.text, next);
     ParseLine();
   }
   if (!log_.stopped()) {
@@ -46,7 +49,7 @@ Status G2oParser<G>::Parse(GraphFile<G>* out, ReadReport* report) {
     ResolveFixed();
     ResolveMissing();
   }
-  ReportTags();
+  tags_.Report(options_.strict, &log_, &counts_);
   counts_.bytes = static_cast<std::int64_t>(text_.size());
   counts_.lines = place_.number;
   const Status status = log_.Finish(&counts_);
@@ -60,7 +63,7 @@ template <typename G>
 void G2oParser<G>::ReserveForText() {
   std::size_t vertices = 0, edges = 0;
   const char* const end = text_.data() + text_.size();
-  for (const char* next = text_.data(); next < end; next += LineLength(next, end) + 1) {
+  for (const char* next = text_.data(); next != end; next = NextLine(next, end)) {
     vertices += *next == 'V';
     edges += *next == 'E';
   }
@@ -73,26 +76,12 @@ void G2oParser<G>::ParseLine() {
   LineFields fields(line_);
   const std::string_view name = fields.Word();
   if (!name.empty()) {
-    CountTag(name);
-    record_.Begin(place_.number, line_, last_tag_->tag);
+    record_.Begin(place_.number, line_, &tags_.Count(name, place_.number));
     ParseRecord(&fields, name);
   } else if (line_.find('#') != std::string_view::npos) {
     ++counts_.comments;
     KeepVerbatim();
   }
-}
-
-template <typename G>
-void G2oParser<G>::CountTag(std::string_view name) {
-  if (last_tag_ == nullptr || name != last_name_) {
-    auto it = tags_.find(name);
-    if (it == tags_.end()) {
-      it = tags_.emplace(std::string(name), TagLines{&FindRecordTag(name), place_, 0}).first;
-    }
-    last_name_ = it->first;
-    last_tag_ = &it->second;
-  }
-  ++last_tag_->count;
 }
 
 template <typename G>
@@ -127,7 +116,7 @@ void G2oParser<G>::ParseRecord(LineFields* fields, std::string_view name) {
       std::int64_t id = 0;
       if (name.substr(0, 6) == "VERTEX" && fields->Read(&id)) other_vertices_.insert(id);
       KeepVerbatim();
-      if (options_.strict && last_tag_->count == 1) {
+      if (options_.strict && tags_.was_first()) {
         record_.Fail(
             tag.type == RecordType::kUnknown ? "unknown tag" : "landmarks are not optimized", name);
       }
@@ -310,31 +299,8 @@ void G2oParser<G>::ResolveMissing() {
 }
 
 template <typename G>
-void G2oParser<G>::ReportTags() {
-  for (const auto& [name, lines] : tags_) {
-    counts_.tags.emplace(name, lines.count);
-    const std::string count = LineCount(lines.count);
-    const std::int64_t number = lines.first.number;
-    const RecordType type = lines.tag->type;
-    if (type == RecordType::kUnknown && !options_.strict) {
-      log_.Warn(WarningKind::kUnknownTag, number, "unknown tag, " + count + " kept as they are",
-                name);
-    } else if (type == RecordType::kLandmark && !options_.strict) {
-      log_.Warn(WarningKind::kNotOptimized, number,
-                "landmarks are not optimized, " + count + " kept as they are", name);
-    } else if (type == RecordType::kEquivalence) {
-      log_.Warn(WarningKind::kNotOptimized, number,
-                "the two nodes are not merged, " + count + " kept as they are", name);
-    } else if (lines.tag->pose == 6 && type == RecordType::kEdge) {
-      log_.Warn(WarningKind::kConverted, number,
-                "information of Euler angles turned into that of the quaternion in " + count, name);
-    }
-  }
-}
-
-template <typename G>
 std::string_view G2oParser<G>::LineAt(const char* begin) const {
-  return std::string_view(begin, LineLength(begin, text_.data() + text_.size()));
+  return LineBetween(begin, NextLine(begin, text_.data() + text_.size()));
 }
 
 template class G2oParser<SE2>;

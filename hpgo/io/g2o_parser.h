@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -11,6 +10,7 @@
 
 #include "hpgo/io/graph_file.h"
 #include "hpgo/io/record_reader.h"
+#include "hpgo/io/tag_census.h"
 
 namespace hpgo {
 
@@ -30,13 +30,6 @@ class G2oParser {
     std::int64_t number;  // of the line
     const char* text;     // where it begins
   };
-  // All lines with one tag.
-  struct TagLines {
-    const RecordTag* tag;
-    Place first;
-    std::int64_t count;
-  };
-
   void ReserveForText();
   void ParseLine();
   void ParseRecord(LineFields* fields, std::string_view name);
@@ -46,14 +39,12 @@ class G2oParser {
   void ParseOffset();
   void ParseFix(LineFields* fields);
   void KeepVerbatim();
-  void CountTag(std::string_view name);
   // The index of the node; adds it without a pose where no line has named it so far.
   int Mention(NodeId id);
 
   void ResolveOffsets();
   void ResolveFixed();
   void ResolveMissing();
-  void ReportTags();
   std::string_view LineAt(const char* begin) const;
 
   const std::string_view text_;
@@ -61,6 +52,7 @@ class G2oParser {
   MessageLog log_;
   ReadReport counts_;
   RecordReader<G> record_;
+  TagCensus tags_;
   GraphFile<G> file_;
 
   Place place_{0, nullptr};
@@ -71,9 +63,6 @@ class G2oParser {
   std::vector<Place> fix_places_;
   std::unordered_map<std::int64_t, int> offset_index_;
   std::unordered_set<NodeId> other_vertices_;  // of landmarks and unknown tags
-  std::map<std::string, TagLines, std::less<>> tags_;
-  std::string_view last_name_;
-  TagLines* last_tag_ = nullptr;
 };
 
 extern template class G2oParser<SE2>;
