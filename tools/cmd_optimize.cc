@@ -1,6 +1,4 @@
-#include <algorithm>
 #include <chrono>
-#include <cstdio>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,8 +7,6 @@
 #include <vector>
 
 #include "ceres_costs/losses.h"
-#include "hpgo/evaluate/chi2.h"
-#include "hpgo/graph/edge_classes.h"
 #include "hpgo/io/g2o_writer.h"
 #include "hpgo/io/output_file.h"
 #include "hpgo/solve/full_solve.h"
@@ -20,6 +16,7 @@
 #include "tools/commands.h"
 #include "tools/common_flags.h"
 #include "tools/console.h"
+#include "tools/edge_report.h"
 #include "tools/read_graph.h"
 #include "tools/signals.h"
 
@@ -90,54 +87,7 @@ bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
   return true;
 }
 
-std::string ConventionText() {
-  return FLAGS_error == "g2o" ? "sum of e' Omega e, g2o error" : "sum of e' Omega e, log error";
-}
-
-struct ReportedEdge {
-  hpgo::NodeId from = 0, to = 0;
-  bool is_closure = false;
-  double chi2 = 0;
-  double translation_m = 0, rotation_deg = 0;
-};
-
-template <typename G>
-std::vector<ReportedEdge> FindWorstEdges(const hpgo::PoseGraph<G>& graph,
-                                         ceres_costs::ErrorConvention convention) {
-  hpgo::Chi2Options options;
-  options.convention = convention;
-  const std::vector<bool> closures = hpgo::LoopClosures(graph);
-  std::vector<ReportedEdge> reported;
-  for (const hpgo::WorstEdge& worst :
-       hpgo::WorstEdges(hpgo::EvaluateChi2(graph, options).edges, kReportedEdges)) {
-    const hpgo::GraphEdge<G>& edge = graph.edges()[worst.edge];
-    const hpgo::GraphNode<G>&i = graph.nodes()[edge.i], &j = graph.nodes()[edge.j];
-    const typename G::Tangent deviation = DeviationError(
-        ceres_costs::ErrorConvention::kSplitLog, edge.measurement.Between(i.pose.Between(j.pose)));
-    constexpr double kDegrees = 180 / 3.14159265358979323846;
-    reported.push_back({i.id, j.id, closures[worst.edge], worst.chi2,
-                        deviation.template head<G::kDim>().norm(),
-                        deviation.template tail<G::kRotationDof>().norm() * kDegrees});
-  }
-  return reported;
-}
-
-void PrintWorstEdges(const std::vector<ReportedEdge>& edges, double total) {
-  // A result, but never between the lines of another one.
-  const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_json == "-";
-  const auto line = stdout_taken ? Message : Print;
-  char text[160];
-  std::snprintf(text, sizeof(text), "%12s %12s  %-8s %14s %8s %10s %10s", "from", "to", "kind",
-                "chi2", "share", "metres", "degrees");
-  line(text);
-  for (const ReportedEdge& edge : edges) {
-    std::snprintf(text, sizeof(text), "%12lld %12lld  %-8s %14s %6.2f %% %10.4g %10.4g",
-                  static_cast<long long>(edge.from), static_cast<long long>(edge.to),
-                  edge.is_closure ? "closure" : "odometry", FormatNumber(edge.chi2).c_str(),
-                  total > 0 ? 100 * edge.chi2 / total : 0, edge.translation_m, edge.rotation_deg);
-    line(text);
-  }
-}
+std::string ConventionText() { return "sum of e' Omega e, " + FLAGS_error + " error"; }
 
 // What the file holds, for people.
 template <typename G>
@@ -253,16 +203,12 @@ int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, order
   if (interrupted) Warn("interrupted; the result is the best so far");
   DescribeResult(report);
   if (FLAGS_edge_report) {
-    const std::vector<ReportedEdge> worst = FindWorstEdges(file->graph, options.convention);
-    PrintWorstEdges(worst, report.chi2_after);
-    for (const ReportedEdge& edge : worst) {
-      (*json)["worst_edges"].push_back({{"from", edge.from},
-                                        {"to", edge.to},
-                                        {"closure", edge.is_closure},
-                                        {"chi2", edge.chi2},
-                                        {"translation_m", edge.translation_m},
-                                        {"rotation_deg", edge.rotation_deg}});
-    }
+    const std::vector<ReportedEdge> worst =
+        FindWorstEdges(file->graph, options.convention, kReportedEdges);
+    // A result, but never between the lines of another one.
+    const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_json == "-";
+    PrintWorstEdges(worst, report.chi2_after, stdout_taken ? Message : Print);
+    (*json)["worst_edges"] = WorstEdgesJson(worst);
   }
   if (!FLAGS_output.empty()) {
     const hpgo::Status written = hpgo::WriteG2o(*file, FLAGS_output);

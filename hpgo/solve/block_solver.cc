@@ -33,7 +33,7 @@ class BlockSolver : public SubproblemSolver<G> {
     // A radius of 1e8 and above is an undamped first step.
     double damping =
         options.initial_trust_region_radius >= 1e8 ? 0 : 1 / options.initial_trust_region_radius;
-    double cost = system_.Linearize();
+    double cost = Linearize();
     summary.initial_cost = summary.final_cost = cost;
     if (!std::isfinite(cost)) {
       summary.status = Status(StatusCode::kNoSolution, "the cost is not finite at the start");
@@ -61,7 +61,7 @@ class BlockSolver : public SubproblemSolver<G> {
         summary.converged = true;
         break;
       }
-      if (summary.iterations < options.max_iterations) system_.Linearize();
+      if (summary.iterations < options.max_iterations) Linearize();
     }
     for (int k = 0; k < problem->num_free; ++k) {
       bool finite = true;
@@ -85,6 +85,18 @@ class BlockSolver : public SubproblemSolver<G> {
     double cost = 0;
     double predicted = 0;
   };
+
+  // A direction that nothing measures has a row of zeros: it stays where it is.
+  double Linearize() {
+    const double cost = system_.Linearize();
+    for (int k = 0; k < problem_->num_free; ++k) {
+      auto block = system_.Diagonal(k);
+      for (int c = 0; c < G::kDof; ++c) {
+        if (block(c, c) == 0) block(c, c) = 1;
+      }
+    }
+    return cost;
+  }
 
   // Raises the damping until the cost falls.
   StepResult Step(double cost, double* damping, SubproblemSummary* summary) {

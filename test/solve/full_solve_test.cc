@@ -190,6 +190,48 @@ TYPED_TEST(FullSolveTest, PositionPriorsAnchorAGraphThatStartsFarOff) {
   }
 }
 
+TYPED_TEST(FullSolveTest, DirectionsThatNothingMeasuresDoNotRunAway) {
+  using G = TypeParam;
+  PoseGraph<G> graph = MakeKnownGraph<G>(30, 0.05, 15).graph;
+  PoseGraph<G> anchored = graph;
+  const double optimum = SolveFull(FullSolveOptions(), &anchored).chi2_after;
+  // One position: nothing tells the heading of the whole.
+  GraphPrior<G> prior;
+  prior.node = 12;
+  prior.measurement.translation()(0) = 5;
+  prior.information.setZero();
+  prior.information.template topLeftCorner<G::kDim, G::kDim>().setIdentity();
+  ASSERT_TRUE(graph.AddPrior(prior).ok());
+  // A node hangs on an edge that measures no rotation.
+  GraphNode<G> loose;
+  loose.id = 1000;
+  loose.pose = graph.nodes()[29].pose;
+  ASSERT_TRUE(graph.AddNode(loose).ok());
+  GraphEdge<G> edge;
+  edge.i = 29;
+  edge.j = 30;
+  edge.measurement.translation()(1) = 2;
+  edge.information.template bottomRightCorner<G::kRotationDof, G::kRotationDof>().setZero();
+  ASSERT_TRUE(graph.AddEdge(edge).ok());
+  for (const Engine engine : kEngines) {
+    for (const InitMethod init : {InitMethod::kFile, InitMethod::kChordal, InitMethod::kAuto}) {
+      SCOPED_TRACE(std::string(EngineName(engine)) + " " + InitMethodName(init));
+      PoseGraph<G> solved = graph;
+      FullSolveOptions options;
+      options.engine = engine;
+      options.init = init;
+      const FullSolveReport report = SolveFull(options, &solved);
+      ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+      EXPECT_TRUE(report.converged);
+      EXPECT_NEAR(report.chi2_after, optimum, 1e-6 * optimum);
+      EXPECT_NEAR(solved.nodes()[12].pose.translation()(0), 5, 1e-4);
+      for (const GraphNode<G>& node : solved.nodes()) {
+        EXPECT_LT(node.pose.translation().norm(), 100);
+      }
+    }
+  }
+}
+
 TYPED_TEST(FullSolveTest, AFullPriorIsWeighedAgainstTheEdges) {
   using G = TypeParam;
   PoseGraph<G> graph;
