@@ -186,7 +186,8 @@ double FactorChange(const FactorTerm<G>& factor, bool unary, const G& T0, const 
 }
 
 template <>
-void TransportModel(const SE3& T, const QuadraticModel<SE3>& in, QuadraticModel<SE3>* out) {
+void TransportModel(const SE3& T, const QuadraticModel<SE3>& in, QuadraticModel<SE3>* out,
+                    Matrix<SE3>* AM) {
   const Eigen::Matrix3d R = T.matrix();
   const Eigen::Matrix3d S = Skew(T.translation()) * R;  // Ad = [R S; 0 R]
   const Eigen::Matrix3d A11 = in.A.topLeftCorner<3, 3>(), A12 = in.A.topRightCorner<3, 3>();
@@ -202,16 +203,24 @@ void TransportModel(const SE3& T, const QuadraticModel<SE3>& in, QuadraticModel<
   out->b.head<3>().noalias() = R.transpose() * bt;
   out->b.tail<3>().noalias() = S.transpose() * bt + R.transpose() * br;
   out->cost = in.cost;
+  if (AM == nullptr) return;
+  AM->topLeftCorner<3, 3>() = AR;
+  AM->topRightCorner<3, 3>() = AX;
+  AM->bottomLeftCorner<3, 3>().noalias() = A12.transpose() * R;
+  AM->bottomRightCorner<3, 3>() = AY;
 }
 
 template <>
-void TransportModel(const SE2& T, const QuadraticModel<SE2>& in, QuadraticModel<SE2>* out) {
+void TransportModel(const SE2& T, const QuadraticModel<SE2>& in, QuadraticModel<SE2>* out,
+                    Matrix<SE2>* AM) {
   const Matrix<SE2> M = T.Adjoint();
-  const Matrix<SE2> A = M.transpose() * in.A * M;
+  const Matrix<SE2> right = in.A * M;
+  const Matrix<SE2> A = M.transpose() * right;
   const Tangent<SE2> b = M.transpose() * in.b;
   out->A = A;
   out->b = b;
   out->cost = in.cost;
+  if (AM != nullptr) *AM = right;
 }
 
 template double FactorCost(const FactorTerm<SE2>&, bool, const SE2&);

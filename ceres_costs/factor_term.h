@@ -45,8 +45,9 @@ bool LinearizeFactor(const FactorTerm<G>& factor, bool unary, const G& T_i_j,
 template <typename G>
 double FactorChange(const FactorTerm<G>& factor, bool unary, const G& T0, const G& T1);
 
-// M' A M and M' b for M = Ad(T).
+// M' A M and M' b for M = Ad(T) and, unless `AM` is null, A M.
 template <typename G>
-void TransportModel(const G& T, const QuadraticModel<G>& in, QuadraticModel<G>* out);
+void TransportModel(const G& T, const QuadraticModel<G>& in, QuadraticModel<G>* out,
+                    typename G::Matrix* AM = nullptr);
 
 }  // namespace ceres_costs

@@ -136,13 +136,6 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data, Loss lo
 }
 
 template <typename G>
-void Optimizer<G>::Impl::ForgetChi2(Index edge) {
-  float& chi2 = hierarchy_.mutable_level(0).edges[edge].chi2;
-  chi2_sum_ -= chi2;
-  chi2 = 0;
-}
-
-template <typename G>
 Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Matrix& information) {
   const Result<Index> edge = FindEdge(id);
   if (!edge.ok()) return edge.status();
@@ -155,7 +148,6 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   const bool prior = record.node[0] == kNone;
   term = Normalized(term);
   hierarchy_.UpdateEdge(*edge, term, prior ? 0 : ModularityWeight(term));
-  ForgetChi2(*edge);
   new_edges_.push_back(id);
   return Status::Ok();
 }
@@ -183,7 +175,6 @@ Status Optimizer<G>::Impl::RemoveEdge(EdgeId id) {
   if (!edge.ok()) return edge.status();
   const Index i = hierarchy_.level(0).edges[*edge].node[0];
   const Index j = hierarchy_.level(0).edges[*edge].node[1];
-  ForgetChi2(*edge);
   hierarchy_.RemoveEdge(*edge);
   num_priors_ -= i == kNone;
   check_anchors_ = true;
@@ -197,8 +188,7 @@ Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
   std::vector<Index> neighbours;
-  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index other) {
-    ForgetChi2(e);
+  ForEachEdge(hierarchy_.level(0), *node, [&](Index, Index other) {
     if (other == kNone) {
       --num_priors_;
     } else {
@@ -241,10 +231,7 @@ Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
   if (!status.ok()) return status;
   hierarchy_.SetWorldPose(0, *node, pose.Normalized());
   // Its edges have changed as much as new ones.
-  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index) {
-    ForgetChi2(e);
-    new_edges_.push_back(IdOf(e));
-  });
+  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index) { new_edges_.push_back(IdOf(e)); });
   for (Index e = hierarchy_.level(0).nodes[*node].first_edge; e != kNone;) {
     const LevelEdge<G>& edge = hierarchy_.level(0).edges[e];
     for (Index f = edge.parent, l = 1; f != kNone; f = hierarchy_.level(l++).edges[f].parent) {

@@ -65,7 +65,6 @@ class Optimizer<G>::Impl {
   std::string NameOf(EdgeId id) const;
   Index Link(Index i, Index j, const EdgeData<G>& data, Loss loss);
   void Disturb(int l, Index node);
-  void ForgetChi2(Index edge);
   EdgeError ErrorOf(Index edge) const;
 
   // optimizer_anchors.cc: what holds the gauge of each component.
@@ -83,6 +82,7 @@ class Optimizer<G>::Impl {
   // The steps of an update.
   void InsertNewNodes();
   void NoteNewEdges();
+  void SampleChi2();
   void SetThresholds();
   void MergeDirtyEdges();
   void SolveLevel(int l, int iterations);
@@ -103,7 +103,10 @@ class Optimizer<G>::Impl {
   Window<G> window_;
   Sweep sweep_;
   StressThresholds thresholds_;
-  double chi2_sum_ = 0;  // of LevelEdge::chi2 over level 0
+  // The running mean of chi2 over samples of the edges, and how many it is of.
+  double mean_chi2_ = 0;
+  int num_samples_ = 0;
+  std::uint32_t next_sample_ = 0;
 
   // Held for want of a fixed node or prior, one a component; the value orders them by age.
   std::map<Index, std::int64_t> anchors_;

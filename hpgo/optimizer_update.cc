@@ -40,6 +40,7 @@ UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
   {
     const Stopwatch total(&report_.seconds);
     InsertNewNodes();
+    SampleChi2();
     SetThresholds();
     NoteNewEdges();
     MergeDirtyEdges();
@@ -76,11 +77,35 @@ void Optimizer<G>::Impl::InsertNewNodes() {
   new_nodes_.clear();
 }
 
+// A few edges an update, spread over the graph: the mean must follow the estimate, and no update
+// may look at all of them.
+template <typename G>
+void Optimizer<G>::Impl::SampleChi2() {
+  constexpr int kPerUpdate = 4, kMostPerUpdate = 1000, kMemory = 2000;
+  constexpr std::uint32_t kStride = 2654435761u;  // of the golden ratio
+  // One edge that does not fit yet says nothing about the noise.
+  constexpr double kOutlier = 10;
+  const Level<G>& level = hierarchy_.level(0);
+  if (level.num_edges == 0) return;
+  const int count = std::min(kPerUpdate + report_.new_edges, kMostPerUpdate);
+  for (int k = 0; k < count; ++k) {
+    next_sample_ += kStride;
+    const Index e = static_cast<Index>((std::uint64_t{next_sample_} * level.edges.size()) >> 32);
+    const LevelEdge<G>& edge = level.edges[e];
+    if (!edge.alive || !edge.merged) continue;
+    double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
+                             hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
+    if (!std::isfinite(chi2)) continue;
+    chi2 = std::min(chi2, std::max<double>(G::kDof, kOutlier * mean_chi2_));
+    num_samples_ = std::min(num_samples_ + 1, kMemory);
+    mean_chi2_ += (chi2 - mean_chi2_) / num_samples_;
+  }
+}
+
 template <typename G>
 void Optimizer<G>::Impl::SetThresholds() {
-  const double mean = chi2_sum_ / std::max<Index>(1, hierarchy_.level(0).num_edges);
-  report_.mean_chi2 = mean;
-  thresholds_ = StressThresholds::FromMean(mean, options_.stress_threshold);
+  report_.mean_chi2 = mean_chi2_;
+  thresholds_ = StressThresholds::FromMean(mean_chi2_, options_.stress_threshold);
   if (options_.schedule != Schedule::kStress) {
     thresholds_.pending = std::numeric_limits<float>::infinity();  // nobody will look
   }
@@ -103,10 +128,6 @@ void Optimizer<G>::Impl::NoteNewEdges() {
     const double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                                    hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
     if (!std::isfinite(chi2)) continue;
-    // An edge that does not fit yet says nothing about the noise.
-    chi2_sum_ -= edge.chi2;
-    edge.chi2 = static_cast<float>(std::min<double>(chi2, G::kDof));
-    chi2_sum_ += edge.chi2;
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {
@@ -182,13 +203,8 @@ void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
     LevelEdge<G>& edge = level.edges[e];
     const ceres_costs::FactorTerm<G>& factor = window_.subproblem().factors[k];
     const bool unary = edge.node[0] == kNone;
-    const G T_after = window_.RelativePose(k);
-    const double change = FactorChange(factor, unary, window_.RelativePoseBefore(k), T_after);
-    if (l == 0) {
-      chi2_sum_ -= edge.chi2;
-      edge.chi2 = static_cast<float>(FactorCost(factor, unary, T_after));
-      chi2_sum_ += edge.chi2;
-    }
+    const double change =
+        FactorChange(factor, unary, window_.RelativePoseBefore(k), window_.RelativePose(k));
     TellParent(l, e, change, thresholds_, &hierarchy_);
     if (window_.IsInterior(k)) {
       HandDown(l, e, edge.pending + change, thresholds_, &hierarchy_);

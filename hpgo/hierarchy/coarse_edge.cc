@@ -15,26 +15,28 @@ using ceres_costs::RelativePoseTerm;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
 
-// d with its rotation clamped: beyond it the logarithm of the error is about to wrap.
-constexpr double kMaxRotation = 2.5;
-
-// The deviation E = (R_E, R_E d_t) with error (R_E d_t, d_rot) in the split-logarithm convention,
-// and J^-1 for J = diag(R_E, Jr^-1(d_rot)), the Jacobian of that error.
+// The deviation E whose error e fulfils e = J d, J its Jacobian, and J^-1. In 3D J = diag(R,
+// (w I + [v]x) / 2) for the unit quaternion (w, v), so that (w, v) is along (1, d_rot / 2).
 SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
-  const Eigen::Quaterniond q = ceres_costs::So3Exp(d.tail<3>());
+  const Eigen::Vector3d half = 0.5 * d.tail<3>();
+  const double w = 1 / std::sqrt(1 + half.squaredNorm());
+  const Eigen::Vector3d v = w * half;
+  const Eigen::Quaterniond q(w, v(0), v(1), v(2));
   const Eigen::Matrix3d R = q.toRotationMatrix();
   J_inverse->setZero();
   J_inverse->topLeftCorner<3, 3>() = R.transpose();
-  J_inverse->bottomRightCorner<3, 3>() = ceres_costs::So3RightJacobian(d.tail<3>());
+  J_inverse->bottomRightCorner<3, 3>() = (2 / w) * v * v.transpose() - 2 * ceres_costs::Skew(v);
+  J_inverse->bottomRightCorner<3, 3>().diagonal().array() += 2 * w;
   return SE3(R * d.head<3>(), q);
 }
 SE2 Deviation(const SE2::Tangent& d, SE2::Matrix* J_inverse) {
-  const SE2 rotation(0, 0, d(2));
-  const Eigen::Matrix2d R = rotation.matrix();
+  // Beyond this angle the error is about to wrap.
+  const double angle = std::clamp(d(2), -2.5, 2.5);
+  const Eigen::Matrix2d R = SE2(0, 0, angle).matrix();
   J_inverse->setIdentity();
   J_inverse->topLeftCorner<2, 2>() = R.transpose();
   const Eigen::Vector2d t = R * d.head<2>();
-  return SE2(t(0), t(1), d(2));
+  return SE2(t(0), t(1), angle);
 }
 
 }  // namespace
@@ -67,10 +69,7 @@ typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typenam
 
 template <typename G>
 RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
-  typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
-  auto rotation = d.template tail<G::kRotationDof>();
-  const double angle = rotation.norm();
-  if (angle > kMaxRotation) rotation *= kMaxRotation / angle;
+  const typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
   typename G::Matrix J_inverse;
   const G E = Deviation(d, &J_inverse);
   RelativePoseTerm<G> term;
@@ -117,7 +116,7 @@ double QuadraticChange(const CoarseEdge<G>& edge, const RelativePoseTerm<G>* old
   if (old != nullptr) {
     ceres_costs::FactorTerm<G> factor;
     factor.term = old;
-    factor.convention = ceres_costs::ErrorConvention::kSplitLog;
+    factor.convention = kCoarseConvention;
     QuadraticModel<G> model;
     LinearizeFactor(factor, false, edge.T_g_h, &model);
     difference -= model.b;

@@ -9,8 +9,12 @@ namespace hpgo {
 template <typename G>
 class Hierarchy;
 
-// A measurement of T_g_h in the split-logarithm convention, and the quadratic model it was made
-// from.
+// That of coarse edges. Its rotation part has a Jacobian without trigonometry, and reaches any model
+// whose minimum is less than half a turn away.
+inline constexpr ceres_costs::ErrorConvention kCoarseConvention =
+    ceres_costs::ErrorConvention::kG2o;
+
+// A measurement of T_g_h in the coarse convention, and the quadratic model it was made from.
 template <typename G>
 struct CoarseEdge {
   ceres_costs::RelativePoseTerm<G> term;
@@ -30,8 +34,8 @@ CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 template <typename G>
 CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 
-// The measurement whose gradient and Hessian at T are those of `model`. Directions without
-// information stay without; rotations are clamped to 2.5 rad.
+// The measurement whose gradient and Hessian at T are those of `model`: with d = A^-1 b, an error
+// e = J d, where J is the Jacobian at that error. Directions without information stay without.
 template <typename G>
 ceres_costs::RelativePoseTerm<G> TermFromModel(const ceres_costs::QuadraticModel<G>& model,
                                                const G& T);

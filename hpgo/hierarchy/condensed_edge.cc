@@ -129,12 +129,11 @@ CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
   CoarseEdge<G> result;
   result.T_g_h = T_g_h;
   // X_held is in the frame of the first group, which is the local graph's.
-  result.term.measurement =
-      (X_held * graph.poses[held].Between(graph.poses[other]) * X_other.Inverse()).Normalized();
-  result.term.information = ceres_costs::PackedSymmetric<D>(at_frame.A);
+  const G Z = X_held * graph.poses[held].Between(graph.poses[other]) * X_other.Inverse();
+  result.term = TermFromModel(at_frame, Z);
   ceres_costs::FactorTerm<G> factor;
   factor.term = &result.term;
-  factor.convention = ceres_costs::ErrorConvention::kSplitLog;
+  factor.convention = kCoarseConvention;
   LinearizeFactor(factor, false, T_g_h, &result.model);
   return result;
 }

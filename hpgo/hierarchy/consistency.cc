@@ -34,7 +34,7 @@ class Checker {
       }
       for (const auto& item : Here().pending) {
         const LevelEdge<G>& edge = Here().edges[item.second];
-        Expect(edge.alive && edge.pending == item.first, "pending set", item.second);
+        Expect(edge.alive && edge.queued && edge.pending == item.first, "pending set", item.second);
       }
     }
     return message_;

@@ -160,7 +160,7 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
   ceres_costs::FactorTerm<G> factor;
   factor.term = &record.term;
   if (l > 0) {
-    factor.convention = ceres_costs::ErrorConvention::kSplitLog;
+    factor.convention = kCoarseConvention;
     return factor;
   }
   factor.convention = options_.convention;
@@ -199,9 +199,10 @@ void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold)
   Level<G>& level = *levels_[l];
   LevelEdge<G>& record = level.edges[edge];
   if (record.pending == pending) return;
-  level.pending.erase({record.pending, edge});
+  if (record.queued) level.pending.erase({record.pending, edge});
   record.pending = pending;
-  if (pending > threshold) level.pending.insert({pending, edge});
+  record.queued = pending > threshold;
+  if (record.queued) level.pending.insert({pending, edge});
 }
 
 template <typename G>

@@ -181,7 +181,7 @@ void Hierarchy<G>::EraseEdge(int l, Index e) {
     if (p != kNone && p == level.nodes[edge.node[1]].parent) suspects_.push_back({l + 1, p});
   }
   AddWeight(l, e, -edge.weight);
-  level.pending.erase({edge.pending, e});
+  if (edge.queued) level.pending.erase({edge.pending, e});
   if (edge.extra) extras_.erase(e);
   UnlinkEdge(l, e);
 }

@@ -40,9 +40,9 @@ struct LevelEdge {
   double weight = 0;  // W of the modularity (paper, eq. 2); above level 0 the sum of the children's
   float pending = 0;  // an unexamined change on this level, in sqrt(chi2)
   float changed = 0;  // the change of the children since this edge was last merged, in sqrt(chi2)
-  float chi2 = 0;     // level 0: the cost when it was last evaluated
   bool alive = false;
   bool merged = false;           // above level 0: the term holds a merge
+  bool queued = false;           // is in Level::pending
   bool dirty = false;            // is in Level::dirty
   bool extra = false;            // level 0: has more data than fits here (offset, custom cost)
   std::uint8_t loss = 0;         // level 0: index of the loss

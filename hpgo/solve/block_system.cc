@@ -52,6 +52,7 @@ double BlockSystem<G>::Linearize() {
   gradient_.assign(static_cast<std::size_t>(problem_->num_free) * D, 0.);
   double cost = 0;
   QuadraticModel<G> at_j, at_i;
+  typename G::Matrix cross;  // row j, column i
   for (std::size_t f = 0; f < problem_->factors.size(); ++f) {
     const Factor<G>& factor = problem_->factors[f];
     const G Y = Relative(factor, problem_->poses);
@@ -63,13 +64,12 @@ double BlockSystem<G>::Linearize() {
     }
     if (!IsFree(factor.i)) continue;
     // J_i = -J_j Ad(Y^-1).
-    const G Y_inverse = Y.Inverse();
-    TransportModel(Y_inverse, at_j, &at_i);
+    const bool coupled = IsFree(factor.j);
+    TransportModel(Y.Inverse(), at_j, &at_i, coupled ? &cross : nullptr);
     Diagonal(factor.i) += at_i.A;
     Vector(&gradient_[static_cast<std::size_t>(factor.i) * D]) -= at_i.b;
-    if (!IsFree(factor.j)) continue;
+    if (!coupled) continue;
     Block block(cholesky_.OffDiagonal(pair_of_[f]));
-    const typename G::Matrix cross = at_j.A * Y_inverse.Adjoint();  // row j, column i
     if (factor.j > factor.i) {
       block -= cross;
     } else {
