@@ -17,12 +17,10 @@
 #include "tools/read_graph.h"
 
 DEFINE_string(edges, "", "the g2o file whose edges the poses are judged by; the estimate's own");
-DEFINE_string(reference, "", "true poses to compare with: a g2o, TORO, KITTI or TUM file");
 DEFINE_string(alignment, "rigid",
               "how the estimate is laid on the reference for the ATE: rigid (least squares), first "
               "(the first poses coincide) or none");
 DEFINE_int32(rpe_delta, 1, "the number of poses that each motion of the RPE spans");
-DEFINE_string(json, "", "write the figures to this file as JSON; - is the standard output");
 DEFINE_double(max_chi2, -1, "exit with code 6 if chi2 is larger; negative: any will do");
 DEFINE_double(max_ate, -1, "exit with code 6 if the ATE's RMSE (m) is larger; negative: any");
 
@@ -142,7 +140,7 @@ int EvaluatePoses(const PoseSource& estimate, const PoseSource& reference, order
 
   const hpgo::AlignmentMode mode = FLAGS_alignment == "rigid"   ? hpgo::AlignmentMode::kRigid
                                    : FLAGS_alignment == "first" ? hpgo::AlignmentMode::kFirstPose
-                                                                : hpgo::AlignmentMode::kNone;
+                                                                : hpgo::AlignmentMode::kIdentity;
   const auto ate = hpgo::AbsoluteTrajectoryError(estimated, truth, mode);
   if (!ate.ok()) return Fail(ate.status());
   (*json)["alignment"] = FLAGS_alignment;

@@ -13,7 +13,6 @@
 #include "tools/console.h"
 #include "tools/read_graph.h"
 
-DEFINE_string(title, "", "the line above the picture");
 DEFINE_int32(width, hpgo::GraphPlotOptions().width, "the picture's width in pixels");
 
 namespace hpgo_cli {

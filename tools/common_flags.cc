@@ -11,6 +11,8 @@ DEFINE_bool(quiet, false, "print no messages and no progress; warnings and error
 DEFINE_string(output, "", "the file to write; - is the standard output");
 DEFINE_string(stats_json, "",
               "write counts, costs and times to this file as JSON; - is the standard output");
+DEFINE_string(json, "", "write the figures to this file as JSON; - is the standard output");
+DEFINE_string(title, "", "the line above the picture");
 DEFINE_uint64(seed, 1, "the seed of all random numbers; equal seeds give equal results");
 
 DEFINE_bool(strict, false, "unknown tags and other oddities in the input are errors");
@@ -36,11 +38,16 @@ DEFINE_string(
     init, "auto",
     "where the poses start: file, odometry, spanning_tree, chordal, or auto (the one with "
     "the lowest chi2)");
-DEFINE_string(engine, "ceres", "the solver: ceres or block");
+DEFINE_string(engine, "ceres",
+              "the solver: ceres or block; not given, hpgo replay takes its preset's");
 DEFINE_int32(max_iterations, kSolve.max_iterations, "the largest number of iterations");
 DEFINE_double(max_seconds, kSolve.max_seconds,
               "the time limit in seconds; the best result so far is written");
 
+DEFINE_int32(max_top_nodes, 0,
+             "a top level with more nodes gets another one above it; 0: the default");
+
+DEFINE_string(reference, "", "true poses to compare with: a g2o, TORO, KITTI or TUM file");
 DEFINE_string(plane, "",
               "the ground plane on which 3D poses are seen in 2D: xy (z up) or xz (a camera's "
               "frame, as KITTI's: planar x = z, planar y = -x)");

@@ -7,6 +7,8 @@
 DECLARE_bool(quiet);
 DECLARE_string(output);
 DECLARE_string(stats_json);
+DECLARE_string(json);
+DECLARE_string(title);
 DECLARE_uint64(seed);
 
 // Reading.
@@ -27,5 +29,9 @@ DECLARE_string(engine);
 DECLARE_int32(max_iterations);
 DECLARE_double(max_seconds);
 
-// Seeing 3D poses in 2D (pose_source.h).
+// The hierarchy; 0: the default.
+DECLARE_int32(max_top_nodes);
+
+// What poses are compared with; seeing 3D poses in 2D (pose_source.h).
+DECLARE_string(reference);
 DECLARE_string(plane);

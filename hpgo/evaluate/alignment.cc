@@ -122,7 +122,7 @@ Result<G> Align(const std::vector<G>& estimate, const std::vector<G>& reference,
                 AlignmentMode mode) {
   if (Status status = CheckPoses(estimate, reference); !status.ok()) return status;
   switch (mode) {
-    case AlignmentMode::kNone:
+    case AlignmentMode::kIdentity:
       return G();
     case AlignmentMode::kFirstPose:
       return (reference.front() * estimate.front().Inverse()).Normalized();

@@ -10,7 +10,7 @@
 namespace hpgo {
 
 enum class AlignmentMode {
-  kNone,       // both already live in one frame
+  kIdentity,   // both already live in one frame
   kFirstPose,  // the first poses coincide, as where both start at the same place
   kRigid,      // least squares over all positions
 };

@@ -44,7 +44,7 @@ Result<TrajectoryError<G>> ComparePosesUpToGauge(const PoseGraph<G>& graph,
 
 template <typename G>
 Result<TrajectoryError<G>> ComparePoses(const PoseGraph<G>& graph, const PoseGraph<G>& reference) {
-  return Compare(graph, reference, AlignmentMode::kNone);
+  return Compare(graph, reference, AlignmentMode::kIdentity);
 }
 
 template Result<TrajectoryError<SE2>> ComparePosesUpToGauge(const PoseGraph<SE2>&,

@@ -25,7 +25,7 @@ template <typename G>
 Result<KittiSegmentErrors> EvaluateKittiSegments(const std::vector<G>& estimate,
                                                  const std::vector<G>& reference,
                                                  const KittiSegmentOptions& options) {
-  const Result<G> checked = Align(estimate, reference, AlignmentMode::kNone);
+  const Result<G> checked = Align(estimate, reference, AlignmentMode::kIdentity);
   if (!checked.ok()) return checked.status();
   if (options.step < 1) return Status(StatusCode::kInvalidArgument, "segment step below 1");
   for (double length : options.lengths) {

@@ -43,7 +43,7 @@ Result<TrajectoryError<G>> AbsoluteTrajectoryError(const std::vector<G>& estimat
 template <typename G>
 Result<TrajectoryError<G>> RelativeTrajectoryError(const std::vector<G>& estimate,
                                                    const std::vector<G>& reference, int delta) {
-  const Result<G> identity = Align(estimate, reference, AlignmentMode::kNone);
+  const Result<G> identity = Align(estimate, reference, AlignmentMode::kIdentity);
   if (!identity.ok()) return identity.status();
   if (delta < 1 || static_cast<std::size_t>(delta) >= estimate.size()) {
     return Status(StatusCode::kInvalidArgument, "no motions over " + std::to_string(delta) +

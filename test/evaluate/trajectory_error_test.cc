@@ -34,7 +34,7 @@ TEST(AbsoluteTrajectoryErrorTest, ASquareWithOneCornerOff) {
   const std::vector<SE2> reference = {SE2(0, 0, 0), SE2(4, 0, 1), SE2(4, 4, 2), SE2(0, 4, 3)};
   std::vector<SE2> estimate = reference;
   estimate[2] = SE2(4, 7, 2.5);
-  const auto error = AbsoluteTrajectoryError(estimate, reference, AlignmentMode::kNone);
+  const auto error = AbsoluteTrajectoryError(estimate, reference, AlignmentMode::kIdentity);
   ASSERT_TRUE(error.ok());
   EXPECT_DOUBLE_EQ(error->translation.rmse, 1.5);
   EXPECT_DOUBLE_EQ(error->translation.mean, 0.75);

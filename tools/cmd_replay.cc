@@ -1,0 +1,216 @@
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "hpgo/io/g2o_writer.h"
+#include "hpgo/io/output_file.h"
+#include "tools/command.h"
+#include "tools/commands.h"
+#include "tools/common_flags.h"
+#include "tools/console.h"
+#include "tools/pose_source.h"
+#include "tools/read_graph.h"
+#include "tools/replay_flags.h"
+#include "tools/replay_report.h"
+#include "tools/replay_run.h"
+
+namespace hpgo_cli {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// True if a gap is above the threshold or could not be found.
+bool MissesThreshold(const ReplayResult& result) {
+  if (!(FLAGS_compare_threshold >= 0)) return false;
+  bool misses = !result.comparison_failure.ok();
+  const auto check = [&misses](const FullComparison& comparison) {
+    if (comparison.gap_percent <= FLAGS_compare_threshold) return;
+    misses = true;
+    Error("the gap at " + FormatAs("%g", comparison.percent) + " %, " +
+          FormatAs("%.4g", comparison.gap_percent) + " %, is above " +
+          FormatAs("%g", FLAGS_compare_threshold) + " %");
+  };
+  for (const FullComparison& comparison : result.comparisons) check(comparison);
+  if (result.refine.has_value() && result.refine->after.has_value()) check(*result.refine->after);
+  return misses;
+}
+
+// Warns of what went wrong; the exit code of a replay that came to a result.
+int Judge(const ReplayFigures& figures) {
+  const ReplayResult& result = figures.result;
+  if (result.failed_updates > 0) {
+    Warn(Plural(result.failed_updates, "update") +
+         " failed and changed nothing; the first: " + result.first_failure.message());
+  }
+  if (!result.comparison_failure.ok()) {
+    Warn("no full optimum to compare with: " + result.comparison_failure.message());
+  }
+  if (!std::isfinite(figures.cost)) {
+    Error("the cost of the estimate is not a number");
+    return kExitNoSolution;
+  }
+  if (result.interrupted) {
+    Warn("interrupted after " + Plural(result.steps, "node") + "; the result is of those");
+    return kExitInterrupted;
+  }
+  if (MissesThreshold(result)) return kExitComparison;
+  return result.failed_updates > 0 ? kExitLimit : kExitOk;
+}
+
+// The file with the estimate in place of its poses; after an interrupted replay the nodes so far.
+template <typename G>
+hpgo::Status WriteEstimate(const hpgo::PoseGraph<G>& estimate, hpgo::GraphFile<G>* file) {
+  if (estimate.nodes().size() < file->graph.nodes().size()) {
+    hpgo::WriteOptions options;
+    options.write_fixed = true;
+    return hpgo::WriteG2o(estimate, FLAGS_output, options);
+  }
+  for (const hpgo::GraphNode<G>& node : estimate.nodes()) {
+    hpgo::GraphNode<G>& target = file->graph.node(*file->graph.Find(node.id));
+    if (!target.fixed || !target.has_pose) target.pose = node.pose;
+    target.has_pose = true;
+  }
+  return hpgo::WriteG2o(*file, FLAGS_output);
+}
+
+template <typename G>
+hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
+                          const hpgo::PoseGraph<G>& estimate, hpgo::GraphFile<G>* file) {
+  hpgo::Status status;
+  if (!FLAGS_output.empty()) {
+    status = WriteEstimate(estimate, file);
+    if (status.ok() && FLAGS_output != "-") Message("wrote " + FLAGS_output);
+  }
+  if (status.ok() && !FLAGS_stats_json.empty()) {
+    nlohmann::ordered_json json = ReplayJson(figures);
+    json["exit_code"] = exit_code;
+    status = hpgo::WriteTextFile(FLAGS_stats_json, json.dump(2) + "\n");
+  }
+  if (status.ok() && !FLAGS_summary_csv.empty()) {
+    status = AppendSummaryCsv(figures, FLAGS_summary_csv);
+  }
+  return status;
+}
+
+template <typename G>
+int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::GraphFile<G>* file,
+               const std::optional<PoseSource>& reference) {
+  hpgo::Optimizer<G> optimizer(settings.options);
+  hpgo::Result<ReplayResult> result = RunReplay(file->graph, settings, &optimizer);
+  if (!result.ok()) return Fail(result.status());
+
+  ReplayFigures figures;
+  figures.names = {input, FLAGS_preset,
+                   FLAGS_measure_mode.empty() ? FLAGS_mode : FLAGS_measure_mode, FLAGS_solve_every};
+  figures.settings = settings;
+  figures.result = *std::move(result);
+  figures.statistics = SummarizeUpdates(figures.result.samples);
+  figures.levels = LevelSizes(optimizer.hierarchy());
+  figures.cost = optimizer.Cost();
+  figures.chi2 = Chi2(optimizer);
+  const hpgo::PoseGraph<G> estimate = optimizer.ToGraph();
+  if (reference.has_value()) {
+    const hpgo::Result<ReferenceError> error = CompareWithReference(estimate, input, *reference);
+    if (!error.ok()) return Fail(error.status());
+    figures.reference = *error;
+  }
+  const bool stdout_taken =
+      FLAGS_output == "-" || FLAGS_stats_csv == "-" || FLAGS_stats_json == "-";
+  PrintReplay(figures, stdout_taken ? Message : Print);
+  const int exit_code = Judge(figures);
+  const hpgo::Status written = WriteResults(figures, exit_code, estimate, file);
+  return written.ok() ? exit_code : Fail(written);
+}
+
+int Run(const std::vector<std::string>& arguments) {
+  std::string problem;
+  const ReplaySettings settings = ReplaySettingsFromFlags(&problem);
+  if (!problem.empty()) return FailUsage(problem);
+  const std::string& input = arguments[0];
+  if (input == "-" && FLAGS_reference == "-") {
+    return FailUsage("only one file can be the standard input");
+  }
+  const Clock::time_point begin = Clock::now();
+  hpgo::Result<hpgo::AnyGraphFile> file = ReadGraph(input, nullptr);
+  if (!file.ok()) return Fail(file.status());
+  const double read_seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+  std::optional<PoseSource> reference;
+  if (!FLAGS_reference.empty()) {
+    hpgo::Result<PoseSource> source = ReadPoseSource(FLAGS_reference);
+    if (!source.ok()) return Fail(source.status());
+    reference = *std::move(source);
+  }
+  return std::visit(
+      [&](auto& graph_file) {
+        const auto& graph = graph_file.graph;
+        using G = typename std::decay_t<decltype(graph)>::Group;
+        Message("read " + Bold(input) + ": " + std::to_string(G::kDim) + "D, " +
+                Plural(graph.nodes().size(), "node") + ", " + Plural(graph.edges().size(), "edge") +
+                ", " + Plural(graph.priors().size(), "prior") + " in " +
+                FormatDuration(read_seconds));
+        return ReplayFile(input, settings, &graph_file, reference);
+      },
+      *file);
+}
+
+}  // namespace
+
+const Command& ReplayCommand() {
+  static const Command* command = new Command{
+      "replay",
+      "INPUT",
+      "Feeds a recorded graph node by node, each followed by one bounded update.",
+      1,
+      1,
+      {"solve_every",
+       "mode",
+       "preset",
+       "engine",
+       "error",
+       "window_nodes",
+       "max_top_nodes",
+       "max_windows",
+       "stress_threshold",
+       "update_seconds",
+       "loss",
+       "loss_scale",
+       "output",
+       "stats_csv",
+       "chi2_every",
+       "stats_json",
+       "summary_csv",
+       "compare_full",
+       "compare_threshold",
+       "stats_from",
+       "measure_mode",
+       "measure_updates",
+       "refine",
+       "reference",
+       "plane",
+       "strict",
+       "project_information",
+       "create_missing",
+       "row_major_edge2"},
+      &Run,
+      "Nodes arrive in the order of their ids, each with its edges to earlier ones. A new node "
+      "starts at\nan earlier neighbour's estimate composed with the edge between them; the file's "
+      "poses are not used.\nPrints latencies (wall and CPU time of adding a node and updating), "
+      "where the time went, the levels\nand the memory. --loss is for loop closures. Fixed nodes "
+      "(FIX) start at the file's pose and stay.\nCtrl-C once ends the replay and writes what there "
+      "is (exit code 130).\n\n"
+      "The gap is that of the cost to the full optimum, the lower of two full solves: from the "
+      "estimate\nand from a chordal start. Time and memory of comparisons are not those of the "
+      "replay: measure\nmemory without.\n\n"
+      "Examples:\n"
+      "  hpgo replay map.g2o --compare_full=25,50,75,100 --stats_csv=updates.csv\n"
+      "  hpgo replay map.g2o --preset=paper --output=estimate.g2o\n"
+      "  hpgo replay kitti_00.g2o --reference=00.txt --plane=xz --refine\n"
+      "  hpgo replay map.g2o --measure_mode=full --measure_updates=5\n"};
+  return *command;
+}
+
+}  // namespace hpgo_cli

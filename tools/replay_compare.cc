@@ -1,0 +1,112 @@
+#include "tools/replay_compare.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "hpgo/evaluate/compare_poses.h"
+#include "hpgo/solve/full_solve.h"
+#include "tools/common_flags.h"
+#include "tools/signals.h"
+
+namespace hpgo_cli {
+namespace {
+
+using hpgo::SE2;
+using hpgo::SE3;
+using hpgo::StatusCode;
+
+template <typename G>
+hpgo::Result<ReferenceError> ErrorOfMatched(const std::vector<G>& estimate,
+                                            const std::vector<G>& reference,
+                                            const PoseMatches& matches) {
+  std::vector<G> estimated, truth;
+  for (const auto& [first, second] : matches.pairs) {
+    estimated.push_back(estimate[first]);
+    truth.push_back(reference[second]);
+  }
+  const auto error = hpgo::AbsoluteTrajectoryError(estimated, truth);
+  if (!error.ok()) return error.status();
+  ReferenceError result;
+  result.poses = static_cast<std::int64_t>(estimated.size());
+  result.ate_m = error->translation.rmse;
+  result.ate_rad = error->rotation.rmse;
+  return result;
+}
+
+}  // namespace
+
+double GapPercent(double cost, double optimum, std::int64_t edges) {
+  const double floor = 1e-6 * static_cast<double>(std::max<std::int64_t>(1, edges));
+  return 100 * (cost - optimum) / std::max(optimum, floor);
+}
+
+template <typename G>
+hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
+                                             const LossChoice& loss) {
+  const hpgo::PoseGraph<G> estimate = optimizer.ToGraph();
+  hpgo::FullSolveOptions options;
+  options.engine = hpgo::Engine::kBlock;
+  options.convention = optimizer.options().convention;
+  options.loss = loss.name;
+  options.loss_scale = loss.scale;
+  options.cancel = &CancelFlag();
+
+  FullComparison comparison;
+  comparison.nodes = static_cast<std::int64_t>(optimizer.num_nodes());
+  comparison.edges = static_cast<std::int64_t>(optimizer.num_edges());
+  comparison.cost = optimizer.Cost();
+  hpgo::PoseGraph<G> best;
+  hpgo::Status failure;
+  for (const hpgo::InitMethod init : {hpgo::InitMethod::kFile, hpgo::InitMethod::kChordal}) {
+    hpgo::PoseGraph<G> graph = estimate;
+    options.init = init;
+    const hpgo::FullSolveReport report = hpgo::SolveFull(options, &graph);
+    comparison.seconds += report.seconds;
+    if (report.status.code() == StatusCode::kInterrupted) return report.status;
+    if (!report.status.ok()) {
+      failure = report.status;
+    } else if (comparison.start.empty() || report.cost_after < comparison.optimum) {
+      comparison.optimum = report.cost_after;
+      comparison.start = init == hpgo::InitMethod::kFile ? "estimate" : "chordal";
+      best = std::move(graph);
+    }
+  }
+  if (comparison.start.empty()) return failure;
+  comparison.gap_percent = GapPercent(comparison.cost, comparison.optimum, comparison.edges);
+  const auto error = hpgo::ComparePosesUpToGauge(estimate, best);
+  if (!error.ok()) return error.status();
+  comparison.ate_m = error->translation.rmse;
+  comparison.ate_rad = error->rotation.rmse;
+  return comparison;
+}
+
+template <typename G>
+hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<G>& estimate,
+                                                  const std::string& name,
+                                                  const PoseSource& reference) {
+  PoseSource source;
+  source.name = name;
+  source.trajectory = hpgo::ToTrajectory(estimate);
+  const hpgo::Result<PoseMatches> matches = MatchPoses(source, reference);
+  if (!matches.ok()) return matches.status();
+  const std::vector<SE3>&poses = source.trajectory.poses, &truth = reference.trajectory.poses;
+  if (G::kDim == 3 && FLAGS_plane.empty()) return ErrorOfMatched(poses, truth, *matches);
+  const hpgo::Result<std::vector<SE2>> planar = PlanarPoses(poses, name);
+  if (!planar.ok()) return planar.status();
+  const hpgo::Result<std::vector<SE2>> planar_truth = PlanarPoses(truth, reference.name);
+  if (!planar_truth.ok()) return planar_truth.status();
+  return ErrorOfMatched(*planar, *planar_truth, *matches);
+}
+
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE2>&,
+                                                      const LossChoice&);
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE3>&,
+                                                      const LossChoice&);
+template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE2>&,
+                                                           const std::string&, const PoseSource&);
+template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE3>&,
+                                                           const std::string&, const PoseSource&);
+
+}  // namespace hpgo_cli

@@ -1,0 +1,51 @@
+// How far an incremental estimate is from the full optimum of the same graph, and from the truth.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "hpgo/evaluate/trajectory_error.h"
+#include "hpgo/optimizer.h"
+#include "tools/pose_source.h"
+
+namespace hpgo_cli {
+
+struct FullComparison {
+  double percent = 0;  // of the replay
+  std::int64_t nodes = 0, edges = 0;
+  double cost = 0;     // of the estimate: chi2, with the loss if there is one
+  double optimum = 0;  // the lower cost of two full solves
+  std::string start;   // of that one: "estimate" or "chordal"
+  double gap_percent = 0;
+  double ate_m = 0, ate_rad = 0;  // rmse against the optimum, after rigid alignment
+  double seconds = 0;             // of the two solves
+};
+
+// A loss by name, as in FullSolveOptions.
+struct LossChoice {
+  std::string name = "none";
+  double scale = 1;
+};
+
+// 100 (cost / optimum - 1); an optimum below 1e-6 an edge counts as that much, so that a graph
+// without noise has a gap too. Not a number where the cost is not one.
+double GapPercent(double cost, double optimum, std::int64_t edges);
+
+// Solves the graph to its optimum from the estimate and from a chordal start. kNoSolution if both
+// fail, kInterrupted if the user interrupts.
+template <typename G>
+hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
+                                             const LossChoice& loss);
+
+struct ReferenceError {
+  std::int64_t poses = 0;         // matched
+  double ate_m = 0, ate_rad = 0;  // rmse after rigid alignment
+};
+
+// In 2D where the estimate is planar or --plane is given.
+template <typename G>
+hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<G>& estimate,
+                                                  const std::string& name,
+                                                  const PoseSource& reference);
+
+}  // namespace hpgo_cli

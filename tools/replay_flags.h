@@ -1,0 +1,22 @@
+// The flags of hpgo replay.
+#pragma once
+
+#include <string>
+
+#include "gflags/gflags.h"
+#include "tools/replay_run.h"
+
+DECLARE_string(solve_every);
+DECLARE_string(mode);
+DECLARE_string(preset);
+DECLARE_string(stats_csv);
+DECLARE_string(summary_csv);
+DECLARE_string(measure_mode);
+DECLARE_double(compare_threshold);
+
+namespace hpgo_cli {
+
+// What the flags ask for; `problem` says what is wrong with them, and is empty if nothing is.
+ReplaySettings ReplaySettingsFromFlags(std::string* problem);
+
+}  // namespace hpgo_cli

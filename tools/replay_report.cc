@@ -1,0 +1,133 @@
+#include "tools/replay_report.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "hpgo/solve/solver_factory.h"
+#include "tools/console.h"
+
+namespace hpgo_cli {
+namespace {
+
+// Cells flushed right in columns of one width, after a name flushed left.
+std::string Row(const std::string& name, const std::vector<std::string>& cells) {
+  constexpr std::size_t kNameWidth = 16, kWidth = 9;
+  std::string row = name;
+  row.resize(std::max(kNameWidth, name.size() + 1), ' ');
+  for (const std::string& cell : cells) {
+    row += std::string(cell.size() < kWidth ? kWidth - cell.size() : 1, ' ') + cell;
+  }
+  return row;
+}
+
+std::vector<std::string> BreakdownCells(const UpdateBreakdown& breakdown) {
+  std::vector<std::string> cells;
+  for (const auto& [name, part] : BreakdownParts())
+    cells.push_back(FormatAs("%.3g", breakdown.*part));
+  return cells;
+}
+
+std::string ComparisonText(const FullComparison& comparison) {
+  return "gap " + FormatAs("%.3g", comparison.gap_percent) + " %, ATE to the optimum " +
+         FormatAs("%.3g", comparison.ate_m) + " m (cost " + FormatNumber(comparison.cost) +
+         ", optimum " + FormatNumber(comparison.optimum) + " from " +
+         (comparison.start == "chordal" ? "a chordal start" : "the estimate") + ")";
+}
+
+void PrintLatencies(const ReplayStatistics& statistics,
+                    const std::function<void(const std::string&)>& print_line) {
+  std::vector<std::string> head = {"updates"};
+  for (const char* clock : {" wall", " cpu"}) {
+    for (const auto& [name, quantile] : LatencyQuantiles())
+      head.push_back(std::string(name) + clock);
+  }
+  print_line(Row("latency, ms", head));
+  for (const UpdateGroup& group : statistics.groups) {
+    std::vector<std::string> cells = {FormatCount(group.count)};
+    for (const LatencyFigures* latency : {&group.wall, &group.cpu}) {
+      for (const auto& [name, quantile] : LatencyQuantiles()) {
+        cells.push_back(group.count > 0 ? FormatAs("%.3g", latency->*quantile) : "-");
+      }
+    }
+    print_line(Row("  " + group.name, cells));
+  }
+  std::vector<std::string> parts;
+  for (const auto& [name, part] : BreakdownParts()) parts.push_back(name);
+  print_line(Row("wall time, ms", parts));
+  print_line(Row("  mean", BreakdownCells(statistics.mean)));
+  print_line(Row("  worst", BreakdownCells(statistics.worst)) + "  (update " +
+             FormatCount(statistics.worst_update) + ")");
+}
+
+void PrintLevels(const std::vector<LevelSize>& levels,
+                 const std::function<void(const std::string&)>& print_line) {
+  std::string text = "levels, nodes/edges:";
+  for (const LevelSize& level : levels) {
+    text += " " + FormatCount(level.nodes) + "/" + FormatCount(level.edges);
+  }
+  print_line(text);
+}
+
+}  // namespace
+
+template <typename G>
+std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<G>& hierarchy) {
+  std::vector<LevelSize> sizes;
+  for (int l = 0; l < hierarchy.num_levels(); ++l) {
+    sizes.push_back({hierarchy.level(l).num_nodes, hierarchy.level(l).num_edges});
+  }
+  return sizes;
+}
+
+double BytesPerNode(const ReplayFigures& figures) {
+  return static_cast<double>(figures.result.optimizer_memory) /
+         static_cast<double>(std::max<std::int64_t>(1, figures.levels[0].nodes));
+}
+
+std::string FormatAs(const char* format, double value) {
+  char text[48];
+  std::snprintf(text, sizeof(text), format, value);
+  return text;
+}
+
+void PrintReplay(const ReplayFigures& figures,
+                 const std::function<void(const std::string&)>& print_line) {
+  const ReplayResult& result = figures.result;
+  print_line(Plural(result.updates, "update") + " in " + FormatDuration(result.seconds) +
+             ": preset " + figures.names.preset + ", engine " +
+             hpgo::EngineName(figures.settings.options.engine) + ", mode " + figures.names.mode +
+             "; " + Plural(result.windows, "window") + ", " + Plural(result.top_solves, "solve") +
+             " of the top");
+  PrintLatencies(figures.statistics, print_line);
+  PrintLevels(figures.levels, print_line);
+  print_line("memory: " + FormatCount(static_cast<std::int64_t>(BytesPerNode(figures))) +
+             " bytes a node, at most " +
+             FormatAs("%.0f", static_cast<double>(result.peak_memory) / kMegabyte) +
+             " MB with the input" + (result.comparisons.empty() ? "" : " and full solves"));
+  for (const FullComparison& comparison : result.comparisons) {
+    print_line("at " + FormatAs("%g", comparison.percent) + " %: " + ComparisonText(comparison));
+  }
+  if (result.refine.has_value()) {
+    const RefineResult& refine = *result.refine;
+    std::string text = "refined in " + FormatDuration(refine.report.seconds) + " by " +
+                       Plural(refine.report.windows, "window") + " and " +
+                       Plural(refine.report.top_solves, "solve") + " of the top" +
+                       (refine.report.at_rest ? ", at rest" : ", not at rest");
+    if (refine.before.has_value()) {
+      text += ": gap " + FormatAs("%.3g", refine.before->gap_percent) + " % before";
+    }
+    print_line(text);
+    if (refine.after.has_value()) print_line("refined: " + ComparisonText(*refine.after));
+  }
+  print_line("chi2 " + FormatNumber(figures.chi2));
+  if (figures.reference.has_value()) {
+    print_line("ATE to the reference " + FormatNumber(figures.reference->ate_m) + " m, " +
+               FormatNumber(figures.reference->ate_rad) + " rad (" +
+               Plural(figures.reference->poses, "pose") + ")");
+  }
+}
+
+template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::SE2>&);
+template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::SE3>&);
+
+}  // namespace hpgo_cli
