@@ -18,7 +18,7 @@ Index Optimizer<G>::Impl::TopAncestor(Index node) const {
 // update.
 template <typename G>
 bool Optimizer<G>::Impl::IsOld(int l, Index edge) const {
-  const LevelEdge<G>& record = hierarchy_.level(l).edges[edge];
+  const LevelEdge& record = hierarchy_.level(l).edges[edge];
   if (record.merged) return true;
   if (l == 0) return false;
   const Level<G>& below = hierarchy_.level(l - 1);
@@ -98,7 +98,7 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
   for (const EdgeId id : new_edges_) {
     const Result<Index> edge = FindEdge(id);
     if (!edge.ok()) continue;
-    const LevelEdge<G>& record = hierarchy_.level(0).edges[*edge];
+    const LevelEdge& record = hierarchy_.level(0).edges[*edge];
     if (record.node[0] == kNone) continue;
     int side[2];
     for (int s = 0; s < 2; ++s) {
@@ -110,7 +110,7 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
     if (holder[moving] != kCaller && holder[moving] != kNothing) {
       const G X_i = hierarchy_.WorldPose(0, record.node[0]);
       const G X_j = hierarchy_.WorldPose(0, record.node[1]);
-      const G& Z = record.term.measurement;
+      const G& Z = hierarchy_.level(0).terms[*edge].measurement;
       const G correction = weak == 1 ? X_i * Z * X_j.Inverse() : X_j * Z.Inverse() * X_i.Inverse();
       for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
         if (!top.nodes[n].alive || merged[components.of_node[n]] != moving) continue;

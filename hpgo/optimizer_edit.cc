@@ -144,7 +144,7 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
   const Status status = CheckTerm(term, "edge " + std::to_string(id.value));
   if (!status.ok()) return status;
-  const LevelEdge<G>& record = hierarchy_.level(0).edges[*edge];
+  const LevelEdge& record = hierarchy_.level(0).edges[*edge];
   const bool prior = record.node[0] == kNone;
   term = Normalized(term);
   hierarchy_.UpdateEdge(*edge, term, prior ? 0 : ModularityWeight(term));
@@ -233,7 +233,7 @@ Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
   // Its edges have changed as much as new ones.
   ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index) { new_edges_.push_back(IdOf(e)); });
   for (Index e = hierarchy_.level(0).nodes[*node].first_edge; e != kNone;) {
-    const LevelEdge<G>& edge = hierarchy_.level(0).edges[e];
+    const LevelEdge& edge = hierarchy_.level(0).edges[e];
     for (Index f = edge.parent, l = 1; f != kNone; f = hierarchy_.level(l++).edges[f].parent) {
       hierarchy_.MarkDirty(l, f);
     }

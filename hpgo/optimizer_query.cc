@@ -38,7 +38,7 @@ void Optimizer<G>::Impl::ForEachPose(const std::function<void(NodeId, const G&)>
 
 template <typename G>
 EdgeError Optimizer<G>::Impl::ErrorOf(Index e) const {
-  const LevelEdge<G>& edge = hierarchy_.level(0).edges[e];
+  const LevelEdge& edge = hierarchy_.level(0).edges[e];
   ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);
   factor.loss = nullptr;
   EdgeError error;
@@ -73,7 +73,7 @@ double Optimizer<G>::Impl::Cost() const {
   const Level<G>& level = hierarchy_.level(0);
   double cost = 0;
   for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     if (!edge.alive) continue;
     cost += FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                        hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
@@ -104,14 +104,14 @@ PoseGraph<G> Optimizer<G>::Impl::ToGraph() const {
     position[n] = *graph.AddNode(node);
   });
   for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     if (!edge.alive) continue;
     Status status;
     if (edge.node[0] == kNone) {
       GraphPrior<G> prior;
       prior.node = position[edge.node[1]];
-      prior.measurement = edge.term.measurement;
-      prior.information = edge.term.information.Dense();
+      prior.measurement = level.terms[e].measurement;
+      prior.information = level.terms[e].information.Dense();
       const ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);
       if (factor.offset != nullptr) prior.offset = *factor.offset;
       status = graph.AddPrior(prior);
@@ -119,8 +119,8 @@ PoseGraph<G> Optimizer<G>::Impl::ToGraph() const {
       GraphEdge<G> copy;
       copy.i = position[edge.node[0]];
       copy.j = position[edge.node[1]];
-      copy.measurement = edge.term.measurement;
-      copy.information = edge.term.information.Dense();
+      copy.measurement = level.terms[e].measurement;
+      copy.information = level.terms[e].information.Dense();
       status = graph.AddEdge(copy);
     }
     CHECK(status.ok()) << status.ToString();

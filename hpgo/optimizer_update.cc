@@ -91,7 +91,7 @@ void Optimizer<G>::Impl::SampleChi2() {
   for (int k = 0; k < count; ++k) {
     next_sample_ += kStride;
     const Index e = static_cast<Index>((std::uint64_t{next_sample_} * level.edges.size()) >> 32);
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     if (!edge.alive || !edge.merged) continue;
     double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                              hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
@@ -123,7 +123,7 @@ void Optimizer<G>::Impl::NoteNewEdges() {
     const Result<Index> found = FindEdge(id);
     if (!found.ok()) continue;  // removed since
     const Index e = *found;
-    LevelEdge<G>& edge = level.edges[e];
+    LevelEdge& edge = level.edges[e];
     edge.merged = true;
     const double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                                    hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
@@ -200,7 +200,7 @@ void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
   Level<G>& level = hierarchy_.mutable_level(l);
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
-    LevelEdge<G>& edge = level.edges[e];
+    LevelEdge& edge = level.edges[e];
     const ceres_costs::FactorTerm<G>& factor = window_.subproblem().factors[k];
     const bool unary = edge.node[0] == kNone;
     const double change =

@@ -81,12 +81,12 @@ RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
 
 template <typename G>
 CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
-  const LevelEdge<G>& record = hierarchy.level(l).edges[edge];
+  const LevelEdge& record = hierarchy.level(l).edges[edge];
   const Level<G>& below = hierarchy.level(l - 1);
   CoarseEdge<G> result;
   result.T_g_h = hierarchy.RelativePose(l, record.node[0], record.node[1]);
   for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
-    const LevelEdge<G>& child = below.edges[c];
+    const LevelEdge& child = below.edges[c];
     const LevelNode<G>& b = below.nodes[child.node[1]];
     const bool unary = child.node[0] == kNone;
     const bool reversed = b.parent != record.node[1];

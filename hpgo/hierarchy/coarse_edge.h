@@ -9,8 +9,8 @@ namespace hpgo {
 template <typename G>
 class Hierarchy;
 
-// That of coarse edges. Its rotation part has a Jacobian without trigonometry, and reaches any model
-// whose minimum is less than half a turn away.
+// That of coarse edges. Its rotation part has a Jacobian without trigonometry, and reaches any
+// model whose minimum is less than half a turn away.
 inline constexpr ceres_costs::ErrorConvention kCoarseConvention =
     ceres_costs::ErrorConvention::kG2o;
 

@@ -88,7 +88,7 @@ template <typename G>
 CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
   constexpr int D = G::kDof;
   constexpr int kIterations = 3;
-  const LevelEdge<G>& record = hierarchy.level(l).edges[edge];
+  const LevelEdge& record = hierarchy.level(l).edges[edge];
   // A prior belongs to one group only: there is nothing to condense.
   if (record.node[0] == kNone) return GalerkinEdge(hierarchy, l, edge);
   const G T_g_h = hierarchy.RelativePose(l, record.node[0], record.node[1]);

@@ -32,10 +32,12 @@ class Checker {
       for (Index e = 0; e < Size(Here().edges); ++e) {
         if (Here().edges[e].alive) Edge(e);
       }
-      for (const auto& item : Here().pending) {
-        const LevelEdge<G>& edge = Here().edges[item.second];
-        Expect(edge.alive && edge.queued && edge.pending == item.first, "pending set", item.second);
-      }
+      std::size_t queued = 0;
+      Here().pending.ForEach(Here().edges, [&](Index e) {
+        ++queued;
+        Expect(Here().edges[e].alive && Here().edges[e].queued, "pending edge", e);
+      });
+      Expect(queued == Here().pending.size(), "number of pending edges", 0);
     }
     return message_;
   }
@@ -75,7 +77,7 @@ class Checker {
     Index degree = 0;
     double weight = 0;
     ForEachEdge(Here(), n, [&](Index e, Index) {
-      const LevelEdge<G>& edge = Here().edges[e];
+      const LevelEdge& edge = Here().edges[e];
       Expect(edge.alive && (edge.node[0] == n || edge.node[1] == n), "adjacency of node", n);
       ++degree;
       weight += edge.weight;
@@ -120,7 +122,7 @@ class Checker {
   }
 
   void Edge(Index e) {
-    const LevelEdge<G>& edge = Here().edges[e];
+    const LevelEdge& edge = Here().edges[e];
     Expect(edge.node[1] != kNone && edge.node[0] != edge.node[1], "ends of edge", e);
     const bool unary = edge.node[0] == kNone;
     if (HasAbove()) {
@@ -131,7 +133,7 @@ class Checker {
       } else {
         Expect(edge.parent != kNone, "edge not lifted", e);
         if (edge.parent == kNone) return;
-        const LevelEdge<G>& up = h_.level(l_ + 1).edges[edge.parent];
+        const LevelEdge& up = h_.level(l_ + 1).edges[edge.parent];
         Expect(up.alive &&
                    ((up.node[0] == p && up.node[1] == q) || (up.node[0] == q && up.node[1] == p)),
                "ends of the parent of edge", e);

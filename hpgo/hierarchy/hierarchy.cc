@@ -34,8 +34,8 @@ template <typename G>
 Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   const Index e = LinkEdge(0, i, j, data.weight);
   Level<G>& level = *levels_[0];
-  LevelEdge<G>& edge = level.edges[e];
-  edge.term = data.term;
+  LevelEdge& edge = level.edges[e];
+  level.terms[e] = data.term;
   edge.loss = data.loss;
   edge.merged = false;  // new, until the scheduler has seen it
   if (data.custom != nullptr || data.offset != nullptr) {
@@ -74,8 +74,8 @@ void Hierarchy<G>::RemoveNode(Index node) {
 template <typename G>
 void Hierarchy<G>::UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term,
                               double weight) {
-  LevelEdge<G>& record = levels_[0]->edges[edge];
-  record.term = term;
+  const LevelEdge& record = levels_[0]->edges[edge];
+  levels_[0]->terms[edge] = term;
   AddWeight(0, edge, weight - record.weight);
   MarkAncestorsDirty(0, edge);
 }
@@ -156,9 +156,9 @@ Index Hierarchy<G>::Ancestor(Index node, int l) const {
 
 template <typename G>
 ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
-  const LevelEdge<G>& record = levels_[l]->edges[edge];
+  const LevelEdge& record = levels_[l]->edges[edge];
   ceres_costs::FactorTerm<G> factor;
-  factor.term = &record.term;
+  factor.term = &levels_[l]->terms[edge];
   if (l > 0) {
     factor.convention = kCoarseConvention;
     return factor;
@@ -175,12 +175,12 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
 
 template <typename G>
 double Hierarchy<G>::Merge(int l, Index edge) {
-  LevelEdge<G>& record = levels_[l]->edges[edge];
+  LevelEdge& record = levels_[l]->edges[edge];
   const bool galerkin = options_.coarse_edges == CoarseEdges::kGalerkin;
   const CoarseEdge<G> merged =
       galerkin ? GalerkinEdge(*this, l, edge) : CondensedEdge(*this, l, edge);
-  const double change = QuadraticChange(merged, record.merged ? &record.term : nullptr);
-  record.term = merged.term;
+  const double change = QuadraticChange(merged, record.merged ? &levels_[l]->terms[edge] : nullptr);
+  levels_[l]->terms[edge] = merged.term;
   record.merged = true;
   record.changed = 0;
   return change;
@@ -188,7 +188,7 @@ double Hierarchy<G>::Merge(int l, Index edge) {
 
 template <typename G>
 void Hierarchy<G>::MarkDirty(int l, Index edge) {
-  LevelEdge<G>& record = levels_[l]->edges[edge];
+  LevelEdge& record = levels_[l]->edges[edge];
   if (record.dirty) return;
   record.dirty = true;
   levels_[l]->dirty.push_back(edge);
@@ -197,12 +197,7 @@ void Hierarchy<G>::MarkDirty(int l, Index edge) {
 template <typename G>
 void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold) {
   Level<G>& level = *levels_[l];
-  LevelEdge<G>& record = level.edges[edge];
-  if (record.pending == pending) return;
-  if (record.queued) level.pending.erase({record.pending, edge});
-  record.pending = pending;
-  record.queued = pending > threshold;
-  if (record.queued) level.pending.insert({pending, edge});
+  level.pending.Update(edge, pending, threshold, level.edges);
 }
 
 template <typename G>
@@ -210,7 +205,8 @@ std::size_t Hierarchy<G>::MemoryBytes() const {
   std::size_t bytes = extras_.size() * (sizeof(Extra) + 48);
   for (const auto& level : levels_) {
     bytes +=
-        level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->pending.size() * 48 +
+        level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->terms.MemoryBytes() +
+        sizeof(Level<G>) +
         (level->free_nodes.capacity() + level->free_edges.capacity() + level->dirty.capacity()) *
             sizeof(Index);
   }

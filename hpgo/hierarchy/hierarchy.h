@@ -83,7 +83,7 @@ class Hierarchy {
   double Merge(int l, Index edge);
   // Queues a coarse edge for merging.
   void MarkDirty(int l, Index edge);
-  // Sets an edge's pending, and its place in the ordered set: there only from `threshold` on.
+  // Sets an edge's pending, and its place in the queue: there only above `threshold` on.
   void SetPending(int l, Index edge, float pending, float threshold);
 
   // A mark for LevelNode::stamp that no node has yet.

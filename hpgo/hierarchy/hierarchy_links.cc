@@ -39,17 +39,18 @@ Index Hierarchy<G>::LinkEdge(int l, Index i, Index j, double weight) {
   Index e;
   if (level.free_edges.empty()) {
     e = static_cast<Index>(level.edges.size());
-    level.edges.push_back(LevelEdge<G>());
+    level.edges.push_back(LevelEdge());
+    level.terms.push_back({});
   } else {
     e = level.free_edges.back();
     level.free_edges.pop_back();
-    const LevelEdge<G>& old = level.edges[e];
-    LevelEdge<G> fresh;
+    const LevelEdge& old = level.edges[e];
+    LevelEdge fresh;
     fresh.generation = old.generation;
     fresh.dirty = old.dirty;  // its index still waits in the list
     level.edges[e] = fresh;
   }
-  LevelEdge<G>& edge = level.edges[e];
+  LevelEdge& edge = level.edges[e];
   edge.alive = true;
   ++level.num_edges;
   const Index ends[2] = {i, j};
@@ -59,7 +60,7 @@ Index Hierarchy<G>::LinkEdge(int l, Index i, Index j, double weight) {
     LevelNode<G>& node = level.nodes[end];
     edge.next[side] = node.first_edge;
     if (node.first_edge != kNone) {
-      LevelEdge<G>& head = level.edges[node.first_edge];
+      LevelEdge& head = level.edges[node.first_edge];
       head.prev[head.node[1] == end] = e;
     }
     node.first_edge = e;
@@ -72,7 +73,7 @@ Index Hierarchy<G>::LinkEdge(int l, Index i, Index j, double weight) {
 template <typename G>
 void Hierarchy<G>::UnlinkEdge(int l, Index e) {
   Level<G>& level = *levels_[l];
-  LevelEdge<G>& edge = level.edges[e];
+  LevelEdge& edge = level.edges[e];
   for (int side = 0; side < 2; ++side) {
     const Index end = edge.node[side];
     if (end == kNone) continue;
@@ -80,11 +81,11 @@ void Hierarchy<G>::UnlinkEdge(int l, Index e) {
     if (edge.prev[side] == kNone) {
       node.first_edge = edge.next[side];
     } else {
-      LevelEdge<G>& prev = level.edges[edge.prev[side]];
+      LevelEdge& prev = level.edges[edge.prev[side]];
       prev.next[prev.node[1] == end] = edge.next[side];
     }
     if (edge.next[side] != kNone) {
-      LevelEdge<G>& next = level.edges[edge.next[side]];
+      LevelEdge& next = level.edges[edge.next[side]];
       next.prev[next.node[1] == end] = edge.prev[side];
     }
     if (--node.degree == 0) node.weight = 0;  // sheds the rounding
@@ -100,7 +101,7 @@ void Hierarchy<G>::AddWeight(int l, Index e, double delta) {
   if (delta == 0) return;
   for (; e != kNone; e = levels_[l++]->edges[e].parent) {
     Level<G>& level = *levels_[l];
-    LevelEdge<G>& edge = level.edges[e];
+    LevelEdge& edge = level.edges[e];
     edge.weight += delta;
     level.total_weight += delta;
     for (const Index end : edge.node) {
@@ -114,7 +115,7 @@ Index Hierarchy<G>::FindEdge(int l, Index i, Index j) const {
   const Level<G>& level = *levels_[l];
   if (i != kNone && level.nodes[i].degree < level.nodes[j].degree) std::swap(i, j);
   for (Index e = level.nodes[j].first_edge; e != kNone;) {
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     const int side = edge.node[1] == j;
     if (edge.node[1 - side] == i) return e;
     e = edge.next[side];
@@ -125,7 +126,7 @@ Index Hierarchy<G>::FindEdge(int l, Index i, Index j) const {
 template <typename G>
 void Hierarchy<G>::Lift(int l, Index e) {
   if (l + 1 >= num_levels()) return;
-  LevelEdge<G>& edge = levels_[l]->edges[e];
+  LevelEdge& edge = levels_[l]->edges[e];
   const Level<G>& level = *levels_[l];
   const Index p = edge.node[0] == kNone ? kNone : level.nodes[edge.node[0]].parent;
   const Index q = level.nodes[edge.node[1]].parent;
@@ -135,7 +136,7 @@ void Hierarchy<G>::Lift(int l, Index e) {
     f = LinkEdge(l + 1, p, q, 0);
     Lift(l + 1, f);
   }
-  LevelEdge<G>& parent = levels_[l + 1]->edges[f];
+  LevelEdge& parent = levels_[l + 1]->edges[f];
   edge.parent = f;
   edge.next_sibling = parent.first_child;
   edge.prev_sibling = kNone;
@@ -148,10 +149,10 @@ void Hierarchy<G>::Lift(int l, Index e) {
 
 template <typename G>
 void Hierarchy<G>::Unlift(int l, Index e) {
-  LevelEdge<G>& edge = levels_[l]->edges[e];
+  LevelEdge& edge = levels_[l]->edges[e];
   const Index f = edge.parent;
   if (f == kNone) return;
-  LevelEdge<G>& parent = levels_[l + 1]->edges[f];
+  LevelEdge& parent = levels_[l + 1]->edges[f];
   if (edge.prev_sibling == kNone) {
     parent.first_child = edge.next_sibling;
   } else {
@@ -174,14 +175,14 @@ void Hierarchy<G>::Unlift(int l, Index e) {
 template <typename G>
 void Hierarchy<G>::EraseEdge(int l, Index e) {
   Level<G>& level = *levels_[l];
-  LevelEdge<G>& edge = level.edges[e];
+  LevelEdge& edge = level.edges[e];
   Unlift(l, e);
   if (edge.node[0] != kNone) {
     const Index p = level.nodes[edge.node[0]].parent;
     if (p != kNone && p == level.nodes[edge.node[1]].parent) suspects_.push_back({l + 1, p});
   }
   AddWeight(l, e, -edge.weight);
-  if (edge.queued) level.pending.erase({edge.pending, e});
+  if (edge.queued) level.pending.Erase(e, level.edges);
   if (edge.extra) extras_.erase(e);
   UnlinkEdge(l, e);
 }
@@ -345,7 +346,7 @@ void Hierarchy<G>::DropEmptyTop() {
       node.parent = node.next_sibling = node.prev_sibling = kNone;
     }
     for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-      LevelEdge<G>& edge = level.edges[e];
+      LevelEdge& edge = level.edges[e];
       edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
     }
     levels_.pop_back();

@@ -2,12 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <set>
-#include <utility>
 #include <vector>
 
 #include "ceres_costs/factor_term.h"
 #include "hpgo/hierarchy/chunked_vector.h"
+#include "hpgo/hierarchy/pending_queue.h"
 
 namespace hpgo {
 
@@ -29,19 +28,20 @@ struct LevelNode {
   double weight = 0;  // k: the sum of the weights of its edges (paper, eq. 1)
 };
 
-template <typename G>
+// The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
+// do not need it.
 struct LevelEdge {
-  ceres_costs::RelativePoseTerm<G> term;
   Index node[2] = {kNone, kNone};  // node[0] is kNone for a prior: the world frame
   Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};  // adjacency lists of the two ends
   Index parent = kNone;                                      // on the level above
   Index first_child = kNone, num_children = 0;               // on the level below
   Index next_sibling = kNone, prev_sibling = kNone;
-  double weight = 0;  // W of the modularity (paper, eq. 2); above level 0 the sum of the children's
+  Index queue_next = kNone, queue_prev = kNone;  // in Level::pending
   float pending = 0;  // an unexamined change on this level, in sqrt(chi2)
   float changed = 0;  // the change of the children since this edge was last merged, in sqrt(chi2)
+  double weight = 0;  // W of the modularity (paper, eq. 2); above level 0 the sum of the children's
   bool alive = false;
-  bool merged = false;           // above level 0: the term holds a merge
+  bool merged = false;           // level 0: is no longer new; above: the term holds a merge
   bool queued = false;           // is in Level::pending
   bool dirty = false;            // is in Level::dirty
   bool extra = false;            // level 0: has more data than fits here (offset, custom cost)
@@ -51,25 +51,18 @@ struct LevelEdge {
 
 template <typename G>
 struct Level {
-  // The ordered set of pending edges: largest first, then the lower index.
-  struct ByPending {
-    bool operator()(const std::pair<float, Index>& a, const std::pair<float, Index>& b) const {
-      return a.first != b.first ? a.first > b.first : a.second < b.second;
-    }
-  };
-
   ChunkedVector<LevelNode<G>> nodes;
-  ChunkedVector<LevelEdge<G>> edges;
-  std::vector<Index> free_nodes, free_edges;  // indices to use again
-  Index num_nodes = 0, num_edges = 0;         // alive
-  double total_weight = 0;                    // m (paper, eq. 1)
-  std::set<std::pair<float, Index>, ByPending> pending;
+  ChunkedVector<LevelEdge> edges;
+  ChunkedVector<ceres_costs::RelativePoseTerm<G>> terms;  // by edge
+  std::vector<Index> free_nodes, free_edges;              // indices to use again
+  Index num_nodes = 0, num_edges = 0;                     // alive
+  double total_weight = 0;                                // m (paper, eq. 1)
+  PendingQueue pending;
   std::vector<Index> dirty;  // edges to merge; may hold dead ones
 };
 
 // The end of an edge away from `node`; kNone is the world frame.
-template <typename G>
-Index OtherEnd(const LevelEdge<G>& edge, Index node) {
+inline Index OtherEnd(const LevelEdge& edge, Index node) {
   return edge.node[0] == node ? edge.node[1] : edge.node[0];
 }
 
@@ -78,7 +71,7 @@ Index OtherEnd(const LevelEdge<G>& edge, Index node) {
 template <typename G, typename Visitor>
 void ForEachEdge(const Level<G>& level, Index node, Visitor&& visit) {
   for (Index e = level.nodes[node].first_edge; e != kNone;) {
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     const int side = edge.node[1] == node;
     const Index next = edge.next[side];
     visit(e, edge.node[1 - side]);

@@ -26,7 +26,7 @@ double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy) {
   int looked_at = 0;
   ForEachEdge(level, n, [&](Index e, Index other) {
     if (++looked_at > max_edges) return;
-    const LevelEdge<G>& edge = level.edges[e];
+    const LevelEdge& edge = level.edges[e];
     if (l > 0 && !edge.merged) hierarchy->Merge(l, e);
     const G Y = hierarchy->RelativePose(l, edge.node[0], edge.node[1]);
     if (!LinearizeFactor(hierarchy->FactorOf(l, e), other == kNone, Y, &model)) return;
@@ -53,7 +53,7 @@ template <typename G>
 void HandDown(int l, Index edge, double amount, const StressThresholds& thresholds,
               Hierarchy<G>* hierarchy) {
   if (l == 0 || amount == 0) return;
-  const LevelEdge<G>& record = hierarchy->level(l).edges[edge];
+  const LevelEdge& record = hierarchy->level(l).edges[edge];
   const double share = amount / std::sqrt(static_cast<double>(record.num_children));
   const Level<G>& below = hierarchy->level(l - 1);
   for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
@@ -77,7 +77,8 @@ FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds&
   FoundWork work;
   Level<G>& level = hierarchy->mutable_level(l);
   while (work.examined < max_edges && !level.pending.empty()) {
-    const auto [pending, e] = *level.pending.begin();
+    const Index e = level.pending.Largest();
+    const float pending = level.edges[e].pending;
     if (pending <= thresholds.pending) break;  // the threshold has risen since
     ++work.examined;
     HandDown(l, e, pending, thresholds, hierarchy);
@@ -95,7 +96,7 @@ FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds&
 template <typename G>
 double LargestPending(int l, const Hierarchy<G>& hierarchy) {
   const Level<G>& level = hierarchy.level(l);
-  return level.pending.empty() ? 0 : level.pending.begin()->first;
+  return level.pending.empty() ? 0 : level.edges[level.pending.Largest()].pending;
 }
 
 #define HPGO_INSTANTIATE(G)                                                             \

@@ -62,7 +62,7 @@ void Window<G>::Collect(const std::vector<Index>& seeds, const WindowLimits& lim
     const Level<G>& level = hierarchy_->level(level_);
     for (Index e = level.nodes[nodes_[k]].first_edge; e != kNone;) {
       if (static_cast<int>(nodes_.size()) >= limits.max_nodes) return;
-      const LevelEdge<G>& edge = level.edges[e];
+      const LevelEdge& edge = level.edges[e];
       const int side = edge.node[1] == nodes_[k];
       if (edge.node[1 - side] != kNone) TryAdd(edge.node[1 - side], limits.max_edges);
       e = edge.next[side];

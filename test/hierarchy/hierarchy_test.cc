@@ -225,7 +225,7 @@ TYPED_TEST(HierarchyTest, CondensedEdgesAreExactWhereMeasurementsAgree) {
         if (!level.edges[e].alive) continue;
         const TypeParam T =
             hierarchy.RelativePose(l, level.edges[e].node[0], level.edges[e].node[1]);
-        EXPECT_LT(T.LocalCoordinates(level.edges[e].term.measurement).norm(), 1e-6);
+        EXPECT_LT(T.LocalCoordinates(level.terms[e].measurement).norm(), 1e-6);
       }
     }
   }
@@ -240,7 +240,7 @@ TYPED_TEST(HierarchyTest, GivesTheSameBitsForTheSameCalls) {
     Hierarchy<TypeParam> hierarchy;
     this->Grow(&hierarchy, 1000, 0.4);
     this->MergeAll(&hierarchy);
-    last[run] = hierarchy.level(hierarchy.num_levels() - 1).edges[0].term.measurement;
+    last[run] = hierarchy.level(hierarchy.num_levels() - 1).terms[0].measurement;
   }
   for (int k = 0; k < TypeParam::kParams; ++k) EXPECT_EQ(last[0].data()[k], last[1].data()[k]);
 }
