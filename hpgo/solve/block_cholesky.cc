@@ -38,7 +38,7 @@ void BlockCholesky<kBlock>::SetZero() {
 // The elimination order: AMD, then a postorder of its elimination tree.
 template <int kBlock>
 void BlockCholesky<kBlock>::Order(const std::vector<std::pair<int, int>>& pairs) {
-  std::vector<int> begin(n_ + 1, 0), neighbour(2 * pairs.size() + 1), order(n_);
+  std::vector<int> begin(n_ + 1, 0), neighbour(2 * pairs.size() + 1), order(n_ + 1);
   for (const auto& [i, j] : pairs) {
     ++begin[i];
     ++begin[j];

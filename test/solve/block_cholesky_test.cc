@@ -137,6 +137,13 @@ class BlockCholeskyTest : public testing::Test {
 using Sizes = testing::Types<Traits<3>, Traits<6>>;
 TYPED_TEST_SUITE(BlockCholeskyTest, Sizes);
 
+TYPED_TEST(BlockCholeskyTest, TakesAnEmptyMatrix) {
+  this->cholesky_.Analyze(0, {});
+  EXPECT_TRUE(this->cholesky_.Factor(0));
+  this->cholesky_.Solve(nullptr);
+  EXPECT_EQ(this->cholesky_.factor_size(), 0);
+}
+
 TYPED_TEST(BlockCholeskyTest, SolvesASingleNode) { this->Check(1, {}); }
 
 TYPED_TEST(BlockCholeskyTest, SolvesChains) {
