@@ -57,7 +57,10 @@ bool Window<G>::TryAdd(Index n, int max_edges) {
 template <typename G>
 void Window<G>::Collect(const std::vector<Index>& seeds, const WindowLimits& limits) {
   num_edges_ = 0;
-  for (const Index seed : seeds) TryAdd(seed, limits.max_edges);
+  for (const Index seed : seeds) {
+    if (static_cast<int>(nodes_.size()) >= limits.max_nodes) return;
+    TryAdd(seed, limits.max_edges);
+  }
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     const Level<G>& level = hierarchy_->level(level_);
     for (Index e = level.nodes[nodes_[k]].first_edge; e != kNone;) {
