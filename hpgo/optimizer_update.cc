@@ -266,6 +266,10 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   };
   limits_ = &limits;
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);
+  // A search that has examined its share may have left some for the next update.
+  for (int l = 0; l < hierarchy_.num_levels(); ++l) {
+    report_.at_rest &= LargestPending(l, hierarchy_) <= thresholds_.pending;
+  }
   limits_ = nullptr;
 }
 

@@ -90,10 +90,16 @@ void Hierarchy<G>::AssignGroups() {
   }
   unassigned_.clear();
   if (!suspects_.empty()) RepairGroups();
-  while (levels_.back()->num_nodes > options_.max_top_nodes) {
+  // Components cannot be grouped together: where they are many the top stays large, and is tried
+  // again only when it has changed by some.
+  const auto size_of_top = [this] { return levels_.back()->num_nodes + levels_.back()->num_edges; };
+  while (levels_.back()->num_nodes > options_.max_top_nodes && size_of_top() >= next_new_level_) {
     const Index before = levels_.back()->num_nodes;
     AddLevel();
-    if (levels_.back()->num_nodes == before) break;  // no two of its nodes are connected
+    next_new_level_ = 0;
+    if (4 * levels_.back()->num_nodes <= 3 * before) continue;
+    DropTop();
+    next_new_level_ = size_of_top() + size_of_top() / 8 + 1;
   }
 }
 

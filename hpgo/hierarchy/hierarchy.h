@@ -119,10 +119,12 @@ class Hierarchy {
   void RepairGroups();
   bool SplitGroup(int l, Index group);
   void AddLevel();
-  void DropEmptyTop();
+  void DropTop();
+  void DropSmallTop();
 
   HierarchyOptions options_;
   std::uint32_t stamp_ = 0;
+  Index next_new_level_ = 0;  // nodes and edges of the top from which on a level is tried above it
   std::vector<std::unique_ptr<Level<G>>> levels_;
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart

@@ -321,7 +321,7 @@ void Hierarchy<G>::RepairGroups() {
     suspects_.erase(lowest);
     SplitGroup(item.l, item.index);
   }
-  DropEmptyTop();
+  DropSmallTop();
 }
 
 template <typename G>
@@ -334,22 +334,27 @@ void Hierarchy<G>::AddLevel() {
 }
 
 template <typename G>
-void Hierarchy<G>::DropEmptyTop() {
+void Hierarchy<G>::DropTop() {
+  const int l = num_levels() - 2;
+  Level<G>& level = *levels_[l];
+  for (Index n = 0; n < static_cast<Index>(level.nodes.size()); ++n) {
+    LevelNode<G>& node = level.nodes[n];
+    if (!node.alive || node.parent == kNone) continue;
+    node.pose = WorldPose(l, n).Normalized();
+    node.parent = node.next_sibling = node.prev_sibling = kNone;
+  }
+  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+    LevelEdge& edge = level.edges[e];
+    edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
+  }
+  levels_.pop_back();
+}
+
+template <typename G>
+void Hierarchy<G>::DropSmallTop() {
   // Half of T, so that a graph that grows and shrinks does not build and drop levels in turns.
   while (num_levels() > 1 && levels_[num_levels() - 2]->num_nodes <= options_.max_top_nodes / 2) {
-    Level<G>& level = *levels_[num_levels() - 2];
-    const int l = num_levels() - 2;
-    for (Index n = 0; n < static_cast<Index>(level.nodes.size()); ++n) {
-      LevelNode<G>& node = level.nodes[n];
-      if (!node.alive || node.parent == kNone) continue;
-      node.pose = WorldPose(l, n).Normalized();
-      node.parent = node.next_sibling = node.prev_sibling = kNone;
-    }
-    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-      LevelEdge& edge = level.edges[e];
-      edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
-    }
-    levels_.pop_back();
+    DropTop();
   }
 }
 
