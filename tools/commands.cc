@@ -7,6 +7,9 @@ const std::vector<const Command*>& AllCommands() {
 #ifdef HPGO_HAS_OPTIMIZE
       &OptimizeCommand(),
 #endif
+#ifdef HPGO_HAS_REPLAY
+      &ReplayCommand(),
+#endif
 #ifdef HPGO_HAS_EVALUATE
       &EvaluateCommand(),
 #endif
@@ -22,11 +25,11 @@ const std::vector<const Command*>& AllCommands() {
 #ifdef HPGO_HAS_CHECK
       &CheckCommand(),
 #endif
-#ifdef HPGO_HAS_REPLAY
-      &ReplayCommand(),
-#endif
 #ifdef HPGO_HAS_HIERARCHY
       &HierarchyCommand(),
+#endif
+#ifdef HPGO_HAS_CHART
+      &ChartCommand(),
 #endif
 #ifdef HPGO_HAS_BENCH
       &BenchCommand(),

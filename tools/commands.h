@@ -8,13 +8,14 @@
 namespace hpgo_cli {
 
 const Command& OptimizeCommand();
+const Command& ReplayCommand();
 const Command& EvaluateCommand();
 const Command& GenerateCommand();
 const Command& PlotCommand();
 const Command& ConvertCommand();
 const Command& CheckCommand();
-const Command& ReplayCommand();
 const Command& HierarchyCommand();
+const Command& ChartCommand();
 const Command& BenchCommand();
 
 // In the order of the help text.

@@ -9,17 +9,6 @@
 namespace hpgo_cli {
 namespace {
 
-// Cells flushed right in columns of one width, after a name flushed left.
-std::string Row(const std::string& name, const std::vector<std::string>& cells) {
-  constexpr std::size_t kNameWidth = 16, kWidth = 9;
-  std::string row = name;
-  row.resize(std::max(kNameWidth, name.size() + 1), ' ');
-  for (const std::string& cell : cells) {
-    row += std::string(cell.size() < kWidth ? kWidth - cell.size() : 1, ' ') + cell;
-  }
-  return row;
-}
-
 std::vector<std::string> BreakdownCells(const UpdateBreakdown& breakdown) {
   std::vector<std::string> cells;
   for (const auto& [name, part] : BreakdownParts())
@@ -41,7 +30,7 @@ void PrintLatencies(const ReplayStatistics& statistics,
     for (const auto& [name, quantile] : LatencyQuantiles())
       head.push_back(std::string(name) + clock);
   }
-  print_line(Row("latency, ms", head));
+  print_line(TableRow("latency, ms", head));
   for (const UpdateGroup& group : statistics.groups) {
     std::vector<std::string> cells = {FormatCount(group.count)};
     for (const LatencyFigures* latency : {&group.wall, &group.cpu}) {
@@ -49,13 +38,13 @@ void PrintLatencies(const ReplayStatistics& statistics,
         cells.push_back(group.count > 0 ? FormatAs("%.3g", latency->*quantile) : "-");
       }
     }
-    print_line(Row("  " + group.name, cells));
+    print_line(TableRow("  " + group.name, cells));
   }
   std::vector<std::string> parts;
   for (const auto& [name, part] : BreakdownParts()) parts.push_back(name);
-  print_line(Row("wall time, ms", parts));
-  print_line(Row("  mean", BreakdownCells(statistics.mean)));
-  print_line(Row("  worst", BreakdownCells(statistics.worst)) + "  (update " +
+  print_line(TableRow("wall time, ms", parts));
+  print_line(TableRow("  mean", BreakdownCells(statistics.mean)));
+  print_line(TableRow("  worst", BreakdownCells(statistics.worst)) + "  (update " +
              FormatCount(statistics.worst_update) + ")");
 }
 
@@ -82,6 +71,16 @@ std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<G>& hierarchy) {
 double BytesPerNode(const ReplayFigures& figures) {
   return static_cast<double>(figures.result.optimizer_memory) /
          static_cast<double>(std::max<std::int64_t>(1, figures.levels[0].nodes));
+}
+
+std::string TableRow(const std::string& name, const std::vector<std::string>& cells) {
+  constexpr std::size_t kNameWidth = 16, kWidth = 9;
+  std::string row = name;
+  row.resize(std::max(kNameWidth, name.size() + 1), ' ');
+  for (const std::string& cell : cells) {
+    row += std::string(cell.size() < kWidth ? kWidth - cell.size() : 1, ' ') + cell;
+  }
+  return row;
 }
 
 std::string FormatAs(const char* format, double value) {

@@ -35,6 +35,8 @@ struct ReplayFigures {
 
 inline constexpr double kMegabyte = 1e6;
 
+// A name flushed left, then cells flushed right in columns of one width.
+std::string TableRow(const std::string& name, const std::vector<std::string>& cells);
 // One number by a format of printf.
 std::string FormatAs(const char* format, double value);
 
