@@ -125,6 +125,11 @@ void Optimizer<G>::ForEachPose(const std::function<void(NodeId, const G&)>& visi
   impl_->ForEachPose(visit);
 }
 template <typename G>
+void Optimizer<G>::ForEachMoved(double distance, double angle,
+                                const std::function<void(NodeId, const G&)>& visit) {
+  impl_->ForEachMoved(distance, angle, visit);
+}
+template <typename G>
 Result<typename Optimizer<G>::Group> Optimizer<G>::GetGroup(NodeId id, int level) const {
   return impl_->GetGroup(id, level);
 }

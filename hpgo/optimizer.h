@@ -95,6 +95,10 @@ class Optimizer {
   std::size_t num_nodes() const;
   std::size_t num_edges() const;  // priors among them
   void ForEachPose(const std::function<void(NodeId, const G&)>& visit) const;
+  // The poses that have moved since each was last reported here, by more than `distance` (m) or
+  // `angle` (rad). Looks only at the parts of the hierarchy that moved. The first call reports all.
+  void ForEachMoved(double distance, double angle,
+                    const std::function<void(NodeId, const G&)>& visit);
   // The ancestor of a node on a level: the poses of all nodes with the same group move with it.
   // Keep T_world_group; when it has become T', the group's poses have been moved by T' T^-1.
   struct Group {

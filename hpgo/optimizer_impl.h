@@ -42,6 +42,8 @@ class Optimizer<G>::Impl {
   Result<G> GetPose(NodeId id) const;
   Result<Group> GetGroup(NodeId id, int level) const;
   void ForEachPose(const std::function<void(NodeId, const G&)>& visit) const;
+  void ForEachMoved(double distance, double angle,
+                    const std::function<void(NodeId, const G&)>& visit);
   std::vector<EdgeError> EdgeErrors() const;
   Result<EdgeError> GetEdgeError(EdgeId edge) const;
   double Cost() const;
@@ -80,6 +82,8 @@ class Optimizer<G>::Impl {
   Index TopAncestor(Index node) const;
 
   // The steps of an update.
+  UpdateReport Step(Mode mode, const UpdateLimits& limits);
+  void QueueAll();
   void InsertNewNodes();
   void NoteNewEdges();
   void SampleChi2();
@@ -103,6 +107,7 @@ class Optimizer<G>::Impl {
   Window<G> window_;
   Sweep sweep_;
   StressThresholds thresholds_;
+  double depth_ = 1;  // Refine divides the stress threshold by it
   // The running mean of chi2 over samples of the edges, and how many it is of.
   double mean_chi2_ = 0;
   int num_samples_ = 0;

@@ -7,6 +7,7 @@ OptimizerOptions OptimizerOptions::Fast() {
   options.window_nodes = 50;
   options.max_top_nodes = 100;
   options.max_windows = 4;
+  options.stress_threshold = 1e-3;
   return options;
 }
 

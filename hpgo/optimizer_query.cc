@@ -37,6 +37,13 @@ void Optimizer<G>::Impl::ForEachPose(const std::function<void(NodeId, const G&)>
 }
 
 template <typename G>
+void Optimizer<G>::Impl::ForEachMoved(double distance, double angle,
+                                      const std::function<void(NodeId, const G&)>& visit) {
+  hierarchy_.ForEachMoved(distance, angle,
+                          [&](Index node, const G& pose) { visit(ids_[node], pose); });
+}
+
+template <typename G>
 EdgeError Optimizer<G>::Impl::ErrorOf(Index e) const {
   const LevelEdge& edge = hierarchy_.level(0).edges[e];
   ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);

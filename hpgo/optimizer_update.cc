@@ -10,6 +10,29 @@
 #include "hpgo/solve/solver_factory.h"
 
 namespace hpgo {
+namespace {
+
+// Adds the counts and times of one step; status, levels and means are the latest.
+void Accumulate(const UpdateReport& step, UpdateReport* sum) {
+  sum->status = step.status;
+  sum->num_levels = step.num_levels;
+  sum->mean_chi2 = step.mean_chi2;
+  sum->new_nodes += step.new_nodes;
+  sum->new_edges += step.new_edges;
+  sum->merged_edges += step.merged_edges;
+  sum->examined_edges += step.examined_edges;
+  sum->windows += step.windows;
+  sum->top_solves += step.top_solves;
+  sum->solved_nodes += step.solved_nodes;
+  sum->cost_decrease += step.cost_decrease;
+  sum->insert_seconds += step.insert_seconds;
+  sum->merge_seconds += step.merge_seconds;
+  sum->examine_seconds += step.examine_seconds;
+  sum->top_seconds += step.top_seconds;
+  sum->window_seconds += step.window_seconds;
+}
+
+}  // namespace
 
 // Adds the time it lives to a field of the report.
 template <typename G>
@@ -35,6 +58,12 @@ Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
 
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
+  depth_ = 1;
+  return Step(mode, limits);
+}
+
+template <typename G>
+UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   report_ = UpdateReport();
   report_.at_rest = true;
   {
@@ -105,7 +134,7 @@ void Optimizer<G>::Impl::SampleChi2() {
 template <typename G>
 void Optimizer<G>::Impl::SetThresholds() {
   report_.mean_chi2 = mean_chi2_;
-  thresholds_ = StressThresholds::FromMean(mean_chi2_, options_.stress_threshold);
+  thresholds_ = StressThresholds::FromMean(mean_chi2_, options_.stress_threshold / depth_);
   if (options_.schedule != Schedule::kStress) {
     thresholds_.pending = std::numeric_limits<float>::infinity();  // nobody will look
   }
@@ -311,41 +340,50 @@ void Optimizer<G>::Impl::SolveFull(const UpdateLimits& limits) {
   limits_ = nullptr;
 }
 
+// Puts every edge up for examination.
+template <typename G>
+void Optimizer<G>::Impl::QueueAll() {
+  for (int l = 0; l < hierarchy_.num_levels(); ++l) {
+    const Level<G>& level = hierarchy_.level(l);
+    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+      if (!level.edges[e].alive) continue;
+      hierarchy_.SetPending(l, e, std::max(level.edges[e].pending, 2 * thresholds_.pending),
+                            thresholds_.pending);
+    }
+  }
+}
+
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
+  // Beyond rest at the threshold of updates: everything is examined again at smaller ones.
+  constexpr double kDeepest = 100, kDeeper = 10;
   const Clock::time_point start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const auto stopped = [&] {
+    return (limits.max_seconds > 0 && elapsed() > limits.max_seconds) ||
+           (limits.cancel != nullptr && *limits.cancel);
+  };
   UpdateReport sum;
-  UpdateLimits left = limits;
+  if (!new_nodes_.empty() || !new_edges_.empty() || check_anchors_) depth_ = 1;
   do {
-    if (limits.max_seconds > 0) {
-      left.max_seconds =
-          limits.max_seconds - std::chrono::duration<double>(Clock::now() - start).count();
-      if (left.max_seconds <= 0) break;
-    }
-    const UpdateReport step = Update(Mode::kPartial, left);
-    sum.status = step.status;
-    sum.new_nodes += step.new_nodes;
-    sum.new_edges += step.new_edges;
-    sum.merged_edges += step.merged_edges;
-    sum.examined_edges += step.examined_edges;
-    sum.windows += step.windows;
-    sum.top_solves += step.top_solves;
-    sum.solved_nodes += step.solved_nodes;
-    sum.num_levels = step.num_levels;
-    sum.cost_decrease += step.cost_decrease;
-    sum.mean_chi2 = step.mean_chi2;
-    sum.insert_seconds += step.insert_seconds;
-    sum.merge_seconds += step.merge_seconds;
-    sum.examine_seconds += step.examine_seconds;
-    sum.top_seconds += step.top_seconds;
-    sum.window_seconds += step.window_seconds;
+    UpdateLimits left = limits;
+    if (limits.max_seconds > 0) left.max_seconds = limits.max_seconds - elapsed();
+    const UpdateReport step = Step(Mode::kPartial, left);
+    Accumulate(step, &sum);
     if (!step.status.ok()) break;
-    // At rest for good only if nothing waits to be merged either.
-    bool dirty = false;
-    for (int l = 1; l < hierarchy_.num_levels(); ++l) dirty |= !hierarchy_.level(l).dirty.empty();
-    sum.at_rest = step.at_rest && !dirty;
-  } while (!sum.at_rest && !(limits.cancel != nullptr && *limits.cancel));
-  sum.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+    sum.at_rest = step.at_rest;
+    // At rest only if nothing waits to be merged either.
+    for (int l = 1; l < hierarchy_.num_levels(); ++l) {
+      sum.at_rest &= hierarchy_.level(l).dirty.empty();
+    }
+    if (sum.at_rest && depth_ < kDeepest && options_.schedule == Schedule::kStress) {
+      depth_ *= kDeeper;
+      SetThresholds();
+      QueueAll();
+      sum.at_rest = false;
+    }
+  } while (!sum.at_rest && !stopped());
+  sum.seconds = elapsed();
   return sum;
 }
 

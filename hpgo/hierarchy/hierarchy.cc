@@ -149,9 +149,16 @@ G Hierarchy<G>::RelativePose(int l, Index a, Index b) const {
 
 template <typename G>
 void Hierarchy<G>::SetWorldPose(int l, Index node, const G& pose) {
+  const Index parent = levels_[l]->nodes[node].parent;
+  SetLocalPose(l, node, parent == kNone ? pose : WorldPose(l + 1, parent).Between(pose));
+}
+
+template <typename G>
+void Hierarchy<G>::SetLocalPose(int l, Index node, const G& pose) {
   LevelNode<G>& record = levels_[l]->nodes[node];
-  record.pose = record.parent == kNone ? pose.Normalized()
-                                       : WorldPose(l + 1, record.parent).Between(pose).Normalized();
+  const G before = record.pose;
+  record.pose = pose.Normalized();
+  if (tracking_) NoteMove(l, node, before);
 }
 
 template <typename G>
@@ -208,7 +215,7 @@ void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold)
 
 template <typename G>
 std::size_t Hierarchy<G>::MemoryBytes() const {
-  std::size_t bytes = extras_.size() * (sizeof(Extra) + 48);
+  std::size_t bytes = extras_.size() * (sizeof(Extra) + 48) + reported_.MemoryBytes();
   for (const auto& level : levels_) {
     bytes +=
         level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->terms.MemoryBytes() +

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <vector>
@@ -74,6 +75,8 @@ class Hierarchy {
   G RelativePose(int l, Index a, Index b) const;
   // Moves a node with all that is below it, so that it stands at T_world_node.
   void SetWorldPose(int l, Index node, const G& pose);
+  // Replaces T_parent_node.
+  void SetLocalPose(int l, Index node, const G& pose);
   Index Ancestor(Index node, int l) const;
 
   // --- Edges.
@@ -85,6 +88,13 @@ class Hierarchy {
   void MarkDirty(int l, Index edge);
   // Sets an edge's pending, and its place in the queue: there only above `threshold` on.
   void SetPending(int l, Index edge, float pending, float threshold);
+
+  // --- Motions. Calls visit(node of level 0, T_world_node) for the poses that have moved by more
+  // than `distance` (m) or `angle` (rad) since each was last visited, and for new nodes. Only parts
+  // of the hierarchy whose bounds exceed these are looked at. The first call visits all and starts
+  // the tracking, which costs every later change of a pose O(levels).
+  void ForEachMoved(double distance, double angle,
+                    const std::function<void(Index, const G&)>& visit);
 
   // A mark for LevelNode::stamp that no node has yet.
   std::uint32_t NewStamp() { return ++stamp_; }
@@ -101,6 +111,15 @@ class Hierarchy {
     Index index;
   };
 
+  // hierarchy_moves.cc
+  void StartTracking();
+  void NoteMove(int l, Index node, const G& before);
+  void RaiseBounds(int l, Index node);
+  void RaiseRadius(int l, Index node);
+  void VisitMoved(int l, Index node, const MotionBound& limit,
+                  const std::function<void(Index, const G&)>& visit);
+
+  // hierarchy_links.cc
   Index NewNode(int l, const G& pose);
   void FreeNode(int l, Index node);
   Index LinkEdge(int l, Index i, Index j, double weight);
@@ -125,6 +144,8 @@ class Hierarchy {
   HierarchyOptions options_;
   std::uint32_t stamp_ = 0;
   Index next_new_level_ = 0;  // nodes and edges of the top from which on a level is tried above it
+  bool tracking_ = false;
+  ChunkedVector<G> reported_;  // while tracking: T_world_node as last visited, by node of level 0
   std::vector<std::unique_ptr<Level<G>>> levels_;
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart

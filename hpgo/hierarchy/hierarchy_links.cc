@@ -1,6 +1,7 @@
 // The links of the hierarchy: adjacency, parents, lifted edges, groups and their repair.
 
 #include <algorithm>
+#include <limits>
 
 #include "hpgo/hierarchy/grouping.h"
 #include "hpgo/hierarchy/hierarchy.h"
@@ -22,6 +23,10 @@ Index Hierarchy<G>::NewNode(int l, const G& pose) {
   level.nodes[node].pose = pose.Normalized();
   level.nodes[node].alive = true;
   ++level.num_nodes;
+  if (tracking_ && l == 0) {  // new: to be visited whatever the limits
+    while (static_cast<Index>(reported_.size()) <= node) reported_.push_back(G());
+    level.nodes[node].moved.distance = std::numeric_limits<float>::infinity();
+  }
   return node;
 }
 
@@ -217,6 +222,10 @@ void Hierarchy<G>::Attach(int l, Index n, Index group) {
   parent.first_child = n;
   ++parent.num_children;
   if (node.fixed > 0) AddFixed(l + 1, group, 1);
+  if (tracking_) {
+    RaiseBounds(l, n);
+    RaiseRadius(l, n);
+  }
   ForEachEdge(*levels_[l], n, [&](Index e, Index) { Lift(l, e); });
 }
 
@@ -226,6 +235,12 @@ void Hierarchy<G>::Detach(int l, Index n) {
   const Index group = node.parent;
   if (group == kNone) return;
   const G pose = WorldPose(l, n);
+  if (tracking_) {  // what its ancestors have moved, it has moved
+    for (Index k = l + 1, g = group; g != kNone; g = levels_[k++]->nodes[g].parent) {
+      node.moved.distance += levels_[k]->nodes[g].moved.distance;
+      node.moved.angle += levels_[k]->nodes[g].moved.angle;
+    }
+  }
   ForEachEdge(*levels_[l], n, [&](Index e, Index) { Unlift(l, e); });
   LevelNode<G>& parent = levels_[l + 1]->nodes[group];
   if (node.prev_sibling == kNone) {
@@ -340,6 +355,11 @@ void Hierarchy<G>::DropTop() {
   for (Index n = 0; n < static_cast<Index>(level.nodes.size()); ++n) {
     LevelNode<G>& node = level.nodes[n];
     if (!node.alive || node.parent == kNone) continue;
+    if (tracking_) {
+      const MotionBound& up = levels_[l + 1]->nodes[node.parent].moved;
+      node.moved.distance += up.distance;
+      node.moved.angle += up.angle;
+    }
     node.pose = WorldPose(l, n).Normalized();
     node.parent = node.next_sibling = node.prev_sibling = kNone;
   }

@@ -13,6 +13,12 @@ namespace hpgo {
 using Index = std::int32_t;         // of a node or an edge within its level
 inline constexpr Index kNone = -1;  // no such node or edge; as an edge's first end: the world frame
 
+// A bound on a motion: of any point of a pose's subtree, and of its orientation.
+struct MotionBound {
+  float distance = 0;  // m
+  float angle = 0;     // rad
+};
+
 template <typename G>
 struct LevelNode {
   G pose;  // T_parent_node; T_world_node where there is no parent
@@ -26,6 +32,10 @@ struct LevelNode {
   std::uint32_t stamp = 0;
   Index scratch = 0;
   double weight = 0;  // k: the sum of the weights of its edges (paper, eq. 1)
+  // While motions are tracked, bounds since they were last reported: of this node in its parent's
+  // frame, and of its descendants in its own; and the reach of its descendants from its origin.
+  MotionBound moved, below;
+  float radius = 0;
 };
 
 // The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that

@@ -169,13 +169,13 @@ G Window<G>::Relative(std::size_t k, const std::vector<G>& poses) const {
 template <typename G>
 void Window<G>::Commit(Hierarchy<G>* hierarchy) const {
   for (int k = 0; k < subproblem_.num_free; ++k) {
-    LevelNode<G>& node = hierarchy->mutable_level(level_).nodes[nodes_[k]];
+    const Index parent = hierarchy->level(level_).nodes[nodes_[k]].parent;
     const G& pose = subproblem_.poses[k];
-    if (node.parent == kNone) {
-      node.pose = pose.Normalized();
+    if (parent == kNone) {
+      hierarchy->SetLocalPose(level_, nodes_[k], pose);
     } else {
-      const Index frame = hierarchy->level(level_ + 1).nodes[node.parent].scratch;
-      node.pose = frames_[frame].Between(pose).Normalized();
+      const Index frame = hierarchy->level(level_ + 1).nodes[parent].scratch;
+      hierarchy->SetLocalPose(level_, nodes_[k], frames_[frame].Between(pose));
     }
   }
 }
