@@ -286,7 +286,13 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   sweep.max_windows = unlimited ? std::numeric_limits<int>::max() : options_.max_windows;
   if (unlimited) sweep.max_windows_per_level = std::numeric_limits<int>::max();
   SweepActions actions;
-  actions.serve = [&](int l) { return ServeStressed(l); };
+  int previous = hierarchy_.num_levels() - 1;
+  actions.serve = [&](int l) {
+    // Windows below have moved what this level's edges were made from.
+    if (l > previous) MergeDirtyEdges();
+    previous = l;
+    return ServeStressed(l);
+  };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   actions.stop = [&] {
     if (limits.cancel != nullptr && *limits.cancel) return true;

@@ -39,8 +39,10 @@ class Watch final : public ceres::IterationCallback {
       options_.progress(summary.iteration, kCeresFactor * best_cost_);
     }
     cancelled_ = options_.cancel != nullptr && *options_.cancel;
-    const bool late = SecondsSince(begin_) > options_.max_seconds;
-    return cancelled_ || late ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
+    accepted_ += summary.iteration > 0 && summary.step_is_successful;
+    const bool ended = accepted_ >= options_.max_iterations ||  //
+                       SecondsSince(begin_) > options_.max_seconds;
+    return cancelled_ || ended ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   bool cancelled() const { return cancelled_; }
 
@@ -48,6 +50,7 @@ class Watch final : public ceres::IterationCallback {
   const SubproblemOptions& options_;
   const Clock::time_point begin_;
   double best_cost_ = 0;
+  int accepted_ = 0;
   bool cancelled_ = false;
 };
 
@@ -67,7 +70,10 @@ ceres::Solver::Options SolverOptions(const SubproblemOptions& options) {
   ceres_options.trust_region_strategy_type = ceres::LEVENBERG_MARQUARDT;
   ceres_options.num_threads = 1;
   ceres_options.logging_type = ceres::SILENT;
-  ceres_options.max_num_iterations = options.max_iterations;
+  // Rejected steps come on top: a window of one iteration must not end with none. Watch counts.
+  constexpr int kMaxRejected = 30;
+  ceres_options.max_num_iterations =
+      options.max_iterations > 0 ? options.max_iterations + kMaxRejected : 0;
   ceres_options.function_tolerance = options.function_tolerance;
   // The decrease of the cost decides alone: these two have units, and a pose graph's own vary.
   ceres_options.gradient_tolerance = 1e-14;
