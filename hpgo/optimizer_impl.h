@@ -87,6 +87,7 @@ class Optimizer<G>::Impl {
   void InsertNewNodes();
   void NoteNewEdges();
   void SampleChi2();
+  void MeasureChi2();
   void SetThresholds();
   void MergeDirtyEdges();
   void SolveLevel(int l, int iterations);

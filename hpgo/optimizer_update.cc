@@ -69,7 +69,7 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   {
     const Stopwatch total(&report_.seconds);
     InsertNewNodes();
-    SampleChi2();
+    if (depth_ == 1) SampleChi2();  // else Refine has measured it
     SetThresholds();
     NoteNewEdges();
     MergeDirtyEdges();
@@ -129,6 +129,14 @@ void Optimizer<G>::Impl::SampleChi2() {
     num_samples_ = std::min(num_samples_ + 1, kMemory);
     mean_chi2_ += (chi2 - mean_chi2_) / num_samples_;
   }
+}
+
+// The mean over all edges.
+template <typename G>
+void Optimizer<G>::Impl::MeasureChi2() {
+  const Index num_edges = hierarchy_.level(0).num_edges;
+  const double cost = Cost();
+  if (num_edges > 0 && std::isfinite(cost)) mean_chi2_ = cost / num_edges;
 }
 
 template <typename G>
@@ -225,7 +233,11 @@ void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
   const double miss =
       std::abs(summary.predicted_decrease - (summary.initial_cost - summary.final_cost));
   const bool nonlinear = summary.damped || miss > 10 * thresholds_.tau;
-  const double unexplained = nonlinear ? std::sqrt(miss / window_.edges().size()) : 0;
+  double unexplained = nonlinear ? std::sqrt(miss / window_.edges().size()) : 0;
+  // A damped step leaves stress behind; worth another look as long as it got somewhere.
+  if (summary.damped && summary.initial_cost - summary.final_cost > thresholds_.tau) {
+    unexplained = std::max<double>(unexplained, 2 * thresholds_.pending);
+  }
   Level<G>& level = hierarchy_.mutable_level(l);
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
@@ -382,11 +394,17 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
     for (int l = 1; l < hierarchy_.num_levels(); ++l) {
       sum.at_rest &= hierarchy_.level(l).dirty.empty();
     }
-    if (sum.at_rest && depth_ < kDeepest && options_.schedule == Schedule::kStress) {
-      depth_ *= kDeeper;
+    if (sum.at_rest && options_.schedule == Schedule::kStress) {
+      // A sample's mean may be far above what is left.
+      const double tau = thresholds_.tau;
+      MeasureChi2();
+      const bool deeper = depth_ < kDeepest;
+      if (deeper) depth_ *= kDeeper;
       SetThresholds();
-      QueueAll();
-      sum.at_rest = false;
+      if (deeper || thresholds_.tau < 0.5 * tau) {
+        QueueAll();
+        sum.at_rest = false;
+      }
     }
   } while (!sum.at_rest && !stopped());
   sum.seconds = elapsed();

@@ -69,7 +69,11 @@ typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typenam
 
 template <typename G>
 RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
-  const typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
+  typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
+  // Near half a turn J^-1 grows beyond bounds, and with it the rounding of the information.
+  constexpr double kMaxRotation = 20;
+  const double rotation = d.template tail<G::kRotationDof>().norm();
+  if (rotation > kMaxRotation) d *= kMaxRotation / rotation;
   typename G::Matrix J_inverse;
   const G E = Deviation(d, &J_inverse);
   RelativePoseTerm<G> term;
