@@ -14,7 +14,6 @@ OptimizerOptions OptimizerOptions::Fast() {
 OptimizerOptions OptimizerOptions::Eager() {
   OptimizerOptions options;
   options.schedule = Schedule::kNewEdges;
-  options.window_nodes = 200;
   options.max_top_nodes = 300;
   return options;
 }

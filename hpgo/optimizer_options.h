@@ -31,7 +31,7 @@ struct OptimizerOptions {
   int max_top_nodes = 150;  // T: a larger top gets a new level. Larger: better, slower closures
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   Schedule schedule = Schedule::kStress;
-  int window_nodes = 100;     // P: free nodes of a window
+  int window_nodes = 200;     // P: free nodes of a window
   int window_edges = 1000;    // edges of a window
   int max_windows = 6;        // M: windows an update. More: faster convergence, longer updates
   int window_iterations = 1;  // of a window's solve, and of the top's
