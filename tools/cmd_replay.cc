@@ -49,6 +49,10 @@ int Judge(const ReplayFigures& figures) {
   if (!result.comparison_failure.ok()) {
     Warn("no full optimum to compare with: " + result.comparison_failure.message());
   }
+  if (result.refine.has_value() && !(result.refine->cost_after <= result.refine->cost_before)) {
+    Warn("refining raised the cost from " + FormatNumber(result.refine->cost_before) + " to " +
+         FormatNumber(result.refine->cost_after));
+  }
   if (!std::isfinite(figures.cost)) {
     Error("the cost of the estimate is not a number");
     return kExitNoSolution;
