@@ -300,10 +300,11 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;
   actions.serve = [&](int l) {
-    // Windows below have moved what this level's edges were made from.
+    // Windows below have moved what this level's edges were made from; as long as they have not been
+    // merged again, windows here could undo it.
     if (l > previous) MergeDirtyEdges();
     previous = l;
-    return ServeStressed(l);
+    return hierarchy_.level(l).dirty.empty() && ServeStressed(l);
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   actions.stop = [&] {
