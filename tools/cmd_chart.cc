@@ -13,7 +13,10 @@
 #include "tools/table.h"
 
 DEFINE_string(x, "", "the column along the horizontal axis; the first one if not given");
-DEFINE_string(y, "", "the columns to draw, separated by commas; all others if not given");
+DEFINE_string(
+    y, "",
+    "the columns to draw, separated by commas, each as COLUMN or COLUMN=NAME with the name "
+    "for the legend; all others if not given");
 DEFINE_string(by, "", "a curve for each value of this column, in order of appearance");
 DEFINE_bool(log, false, "logarithmic axes; values that are not positive are left out");
 DEFINE_string(x_label, "", "the text at the horizontal axis; the name of its column if not given");
@@ -48,7 +51,7 @@ Status FindColumn(const Table& table, const std::string& name, std::size_t* colu
 }
 
 // One curve a column and value of the column `by`; points in the order of the lines.
-Status AddSeries(const Table& table, std::size_t x, std::size_t y,
+Status AddSeries(const Table& table, std::size_t x, std::size_t y, const std::string& y_name,
                  const std::optional<std::size_t>& by, bool several_columns,
                  std::vector<hpgo::ChartSeries>* series) {
   const std::size_t first = series->size();
@@ -56,10 +59,8 @@ Status AddSeries(const Table& table, std::size_t x, std::size_t y,
     const auto x_value = NumberAt(table, row, x), y_value = NumberAt(table, row, y);
     if (!x_value.ok()) return x_value.status();
     if (!y_value.ok()) return y_value.status();
-    std::string name = table.columns[y];
-    if (by.has_value()) {
-      name = table.rows[row][*by] + (several_columns ? " " + table.columns[y] : "");
-    }
+    std::string name = y_name;
+    if (by.has_value()) name = table.rows[row][*by] + (several_columns ? " " + y_name : "");
     auto one = std::find_if(series->begin() + static_cast<std::ptrdiff_t>(first), series->end(),
                             [&name](const hpgo::ChartSeries& s) { return s.name == name; });
     if (one == series->end()) {
@@ -95,10 +96,12 @@ Status MakeSeries(const Table& table, std::vector<hpgo::ChartSeries>* series, st
       if (k != x && (!by.has_value() || k != *by)) names.push_back(table.columns[k]);
     }
   }
-  for (const std::string& name : names) {
+  for (const std::string& item : names) {
+    const std::size_t equals = item.find('=');
+    const std::string name = equals == std::string::npos ? item : item.substr(equals + 1);
     std::size_t y = 0;
-    Status status = FindColumn(table, name, &y);
-    if (status.ok()) status = AddSeries(table, x, y, by, names.size() > 1, series);
+    Status status = FindColumn(table, item.substr(0, equals), &y);
+    if (status.ok()) status = AddSeries(table, x, y, name, by, names.size() > 1, series);
     if (!status.ok()) return status;
   }
   constexpr std::size_t kMaxMarked = 60;
@@ -131,19 +134,20 @@ int Run(const std::vector<std::string>& arguments) {
 }  // namespace
 
 const Command& ChartCommand() {
-  static const Command* command = new Command{
-      "chart",
-      "TABLE",
-      "Draws columns of a CSV file as curves, as SVG.",
-      1,
-      1,
-      {"x", "y", "by", "log", "title", "x_label", "y_label", "output"},
-      &Run,
-      "The first line names the columns. Cells may be empty.\n\n"
-      "Examples:\n"
-      "  hpgo chart updates.csv --x=nodes --y=latency_us --output=latency.svg\n"
-      "  hpgo chart summary.csv --x=nodes --y=all_cpu_p50_ms,all_cpu_p99_ms --by=engine --log \\\n"
-      "      --output=latency.svg\n"};
+  static const Command* command =
+      new Command{"chart",
+                  "TABLE",
+                  "Draws columns of a CSV file as curves, as SVG.",
+                  1,
+                  1,
+                  {"x", "y", "by", "log", "title", "x_label", "y_label", "output"},
+                  &Run,
+                  "The first line names the columns. Cells may be empty.\n\n"
+                  "Examples:\n"
+                  "  hpgo chart updates.csv --x=nodes --y=latency_us --output=latency.svg\n"
+                  "  hpgo chart summary.csv --x=nodes --y=all_cpu_p50_ms=p50,all_cpu_p99_ms=p99 "
+                  "--by=engine \\\n"
+                  "      --log --output=latency.svg\n"};
   return *command;
 }
 

@@ -57,7 +57,7 @@ double Modularity(const hpgo::Level<G>& level, std::size_t num_parents) {
   double inside = 0, total = 0;
   std::vector<double> degree(num_parents, 0);
   for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const hpgo::LevelEdge<G>& edge = level.edges[e];
+    const auto& edge = level.edges[e];
     if (!edge.alive || edge.node[0] == kNone) continue;
     const Index parents[2] = {level.nodes[edge.node[0]].parent, level.nodes[edge.node[1]].parent};
     total += edge.weight;
@@ -141,7 +141,7 @@ std::vector<hpgo::PlotHierarchyLevel> PlotLevels(const BuiltHierarchy<G>& built)
       plot.group.push_back(number[hierarchy.Ancestor(index, l)]);
     }
     for (std::size_t e = 0; e < level.edges.size(); ++e) {
-      const hpgo::LevelEdge<G>& edge = level.edges[e];
+      const auto& edge = level.edges[e];
       if (!edge.alive || edge.node[0] == kNone) continue;
       plot.edges.emplace_back(number[edge.node[0]], number[edge.node[1]]);
     }

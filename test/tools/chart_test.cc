@@ -29,10 +29,10 @@ constexpr char kTable[] =
 
 TEST(ChartCommandTest, DrawsACurveAColumnAndValue) {
   const ProgramResult result =
-      Chart(kTable, {"--x=nodes", "--y=p50,p99", "--by=engine", "--log", "--title=Latency"});
+      Chart(kTable, {"--x=nodes", "--y=p50,p99=worst", "--by=engine", "--log", "--title=Latency"});
   ASSERT_EQ(result.exit_code, kExitOk) << result.err;
-  for (const char* text : {">Latency<", ">nodes<", ">block p50<", ">ceres p50<", ">block p99<",
-                           ">ceres p99<", ">10k<"}) {
+  for (const char* text : {">Latency<", ">nodes<", ">block p50<", ">ceres p50<", ">block worst<",
+                           ">ceres worst<", ">10k<"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
 }

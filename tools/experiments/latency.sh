@@ -48,8 +48,8 @@ for world in $worlds; do
     all_wall_p99_ms="wall p99" bytes_per_node="bytes a node" peak_memory_mb="peak MB" \
     total_seconds="replay s"
   echo
-  "$hpgo" chart "$summary" --quiet --x=nodes --y=closures_cpu_p50_ms,closures_cpu_p99_ms --by=engine \
-    --log --x_label=nodes --y_label="CPU ms an update with a loop closure" \
+  "$hpgo" chart "$summary" --quiet --x=nodes --y=closures_cpu_p50_ms=p50,closures_cpu_p99_ms=p99 \
+    --by=engine --log --x_label=nodes --y_label="CPU ms an update with a loop closure" \
     --title="$world: latency against the number of nodes" --output="$out/latency_$world.svg"
   { [[ -s $out/latency.csv ]] && tail -n +2 "$summary" || cat "$summary"; } >>"$out/latency.csv"
 done
