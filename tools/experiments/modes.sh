@@ -44,6 +44,7 @@ for world in $worlds; do
     paper="partial, the paper's preset"
   echo
   "$hpgo" chart "$figures" --quiet --x=nodes --log \
-    --y="full,top=top only,partial,paper=partial: the paper's preset" --x_label=nodes --y_label="CPU ms an update" --title="$world: the three modes (the paper's Figure 4)" \
+    --y="full,top=top only,partial,paper=partial: the paper's preset" --x_label=nodes \
+    --y_label="CPU ms an update" --title="$world: the three modes (the paper's Figure 4)" \
     --output="$out/modes_$world.svg"
 done
