@@ -28,6 +28,9 @@ struct ProgramOptions {
 ProgramResult RunProgram(const std::vector<std::string>& arguments,
                          const ProgramOptions& options = ProgramOptions());
 
+// False where the system gives no pseudo-terminals, as in a bare chroot.
+bool HasTerminals();
+
 // A directory of this test case, empty at first, removed at exit.
 class TemporaryDirectory {
  public:
