@@ -35,19 +35,22 @@ Result<OptimizerOptions> OptimizerOptions::FromName(const std::string& name) {
 }
 
 Status OptimizerOptions::Validate() const {
-  const auto at_least = [](const char* field, double value, double bound) {
+  const auto at_least = [](const char* field, int value, int bound) {
     if (value >= bound) return Status::Ok();
     return Status(StatusCode::kInvalidArgument,
-                  std::string(field) + " must be at least " + std::to_string(bound));
+                  std::string(field) + " is " + std::to_string(value) + ", and must be at least " +
+                      std::to_string(bound));
   };
   for (const Status& status :
        {at_least("max_group_size", max_group_size, 2), at_least("max_top_nodes", max_top_nodes, 2),
         at_least("window_nodes", window_nodes, 1), at_least("window_edges", window_edges, 1),
         at_least("max_windows", max_windows, 1),
         at_least("window_iterations", window_iterations, 1),
-        at_least("stress_threshold", stress_threshold, 0),
         at_least("max_examined", max_examined, 1), at_least("max_merges", max_merges, 1)}) {
     if (!status.ok()) return status;
+  }
+  if (!(stress_threshold >= 0)) {
+    return Status(StatusCode::kInvalidArgument, "stress_threshold is negative or not a number");
   }
   return Status::Ok();
 }

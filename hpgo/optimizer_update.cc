@@ -10,30 +10,6 @@
 #include "hpgo/solve/solver_factory.h"
 
 namespace hpgo {
-namespace {
-
-// Adds the counts and times of one step; status, levels and means are the latest.
-void Accumulate(const UpdateReport& step, UpdateReport* sum) {
-  sum->status = step.status;
-  sum->num_levels = step.num_levels;
-  sum->mean_chi2 = step.mean_chi2;
-  sum->new_nodes += step.new_nodes;
-  sum->new_edges += step.new_edges;
-  sum->merged_edges += step.merged_edges;
-  sum->examined_edges += step.examined_edges;
-  sum->windows += step.windows;
-  sum->top_solves += step.top_solves;
-  sum->solved_nodes += step.solved_nodes;
-  sum->cost_decrease += step.cost_decrease;
-  sum->insert_seconds += step.insert_seconds;
-  sum->merge_seconds += step.merge_seconds;
-  sum->examine_seconds += step.examine_seconds;
-  sum->top_seconds += step.top_seconds;
-  sum->window_seconds += step.window_seconds;
-}
-
-}  // namespace
-
 // Adds the time it lives to a field of the report.
 template <typename G>
 class Optimizer<G>::Impl::Stopwatch {
@@ -129,14 +105,6 @@ void Optimizer<G>::Impl::SampleChi2() {
     num_samples_ = std::min(num_samples_ + 1, kMemory);
     mean_chi2_ += (chi2 - mean_chi2_) / num_samples_;
   }
-}
-
-// The mean over all edges.
-template <typename G>
-void Optimizer<G>::Impl::MeasureChi2() {
-  const Index num_edges = hierarchy_.level(0).num_edges;
-  const double cost = Cost();
-  if (num_edges > 0 && std::isfinite(cost)) mean_chi2_ = cost / num_edges;
 }
 
 template <typename G>
@@ -300,8 +268,8 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;
   actions.serve = [&](int l) {
-    // Windows below have moved what this level's edges were made from; as long as they have not been
-    // merged again, windows here could undo it.
+    // Windows below have moved what this level's edges were made from; as long as they have not
+    // been merged again, windows here could undo it.
     if (l > previous) MergeDirtyEdges();
     previous = l;
     return hierarchy_.level(l).dirty.empty() && ServeStressed(l);
@@ -357,59 +325,6 @@ void Optimizer<G>::Impl::SolveFull(const UpdateLimits& limits) {
     SolveWindow(kMaxIterations);
   }
   limits_ = nullptr;
-}
-
-// Puts every edge up for examination.
-template <typename G>
-void Optimizer<G>::Impl::QueueAll() {
-  for (int l = 0; l < hierarchy_.num_levels(); ++l) {
-    const Level<G>& level = hierarchy_.level(l);
-    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-      if (!level.edges[e].alive) continue;
-      hierarchy_.SetPending(l, e, std::max(level.edges[e].pending, 2 * thresholds_.pending),
-                            thresholds_.pending);
-    }
-  }
-}
-
-template <typename G>
-UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
-  // Beyond rest at the threshold of updates: everything is examined again at smaller ones.
-  constexpr double kDeepest = 100, kDeeper = 10;
-  const Clock::time_point start = Clock::now();
-  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  const auto stopped = [&] {
-    return (limits.max_seconds > 0 && elapsed() > limits.max_seconds) ||
-           (limits.cancel != nullptr && *limits.cancel);
-  };
-  UpdateReport sum;
-  if (!new_nodes_.empty() || !new_edges_.empty() || check_anchors_) depth_ = 1;
-  do {
-    UpdateLimits left = limits;
-    if (limits.max_seconds > 0) left.max_seconds = limits.max_seconds - elapsed();
-    const UpdateReport step = Step(Mode::kPartial, left);
-    Accumulate(step, &sum);
-    if (!step.status.ok()) break;
-    sum.at_rest = step.at_rest;
-    // At rest only if nothing waits to be merged either.
-    for (int l = 1; l < hierarchy_.num_levels(); ++l) {
-      sum.at_rest &= hierarchy_.level(l).dirty.empty();
-    }
-    if (sum.at_rest && options_.schedule == Schedule::kStress) {
-      // A sample's mean may be far above what is left.
-      const double tau = thresholds_.tau;
-      MeasureChi2();
-      const bool deeper = depth_ < kDeepest;
-      if (deeper) depth_ *= kDeeper;
-      SetThresholds();
-      if (deeper || thresholds_.tau < 0.5 * tau) {
-        QueueAll();
-        sum.at_rest = false;
-      }
-    }
-  } while (!sum.at_rest && !stopped());
-  sum.seconds = elapsed();
-  return sum;
 }
 
 template class Optimizer<SE2>::Impl;
