@@ -16,7 +16,6 @@ const Command& ConvertCommand();
 const Command& CheckCommand();
 const Command& HierarchyCommand();
 const Command& ChartCommand();
-const Command& BenchCommand();
 
 // In the order of the help text.
 const std::vector<const Command*>& AllCommands();

@@ -4,13 +4,14 @@
 
 #include <string>
 
+#include "gtest/gtest.h"
 #include "hpgo/optimizer.h"
 #include "hpgo/solve/full_solve.h"
-#include "gtest/gtest.h"
 
 namespace hpgo {
 
-template <typename G> struct Optimum {
+template <typename G>
+struct Optimum {
   PoseGraph<G> graph;
   double cost = 0;
 };
@@ -18,8 +19,7 @@ template <typename G> struct Optimum {
 // The optimum of the optimizer's graph that is nearest to its estimate. `loss`
 // is that of every edge (ToGraph does not hold them).
 template <typename G>
-Optimum<G> OptimumFrom(const Optimizer<G> &optimizer,
-                       const std::string &loss = "none",
+Optimum<G> OptimumFrom(const Optimizer<G>& optimizer, const std::string& loss = "none",
                        double loss_scale = 1) {
   Optimum<G> optimum;
   optimum.graph = optimizer.ToGraph();
@@ -33,30 +33,29 @@ Optimum<G> OptimumFrom(const Optimizer<G> &optimizer,
   options.function_tolerance = 1e-12;
   const FullSolveReport report = SolveFull(options, &optimum.graph);
   EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_NEAR(report.cost_before, optimizer.Cost(),
-              1e-6 + 1e-7 * report.cost_before);
+  EXPECT_NEAR(report.cost_before, optimizer.Cost(), 1e-6 + 1e-7 * report.cost_before);
   optimum.cost = report.cost_after;
   return optimum;
 }
 
 // How far the cost is above the optimum's, relative to it.
-template <typename G> double Gap(const Optimizer<G> &optimizer) {
+template <typename G>
+double Gap(const Optimizer<G>& optimizer) {
   return optimizer.Cost() / OptimumFrom(optimizer).cost - 1;
 }
 
 // The largest difference of the relative pose along an edge: poses compared
 // without a gauge.
 template <typename G>
-double LargestRelativeDifference(const PoseGraph<G> &a, const PoseGraph<G> &b) {
+double LargestRelativeDifference(const PoseGraph<G>& a, const PoseGraph<G>& b) {
   double largest = 0;
-  for (const GraphEdge<G> &edge : a.edges()) {
+  for (const GraphEdge<G>& edge : a.edges()) {
     const G T_a = a.nodes()[edge.i].pose.Between(a.nodes()[edge.j].pose);
     const G T_b = b.nodes()[edge.i].pose.Between(b.nodes()[edge.j].pose);
     const double difference = T_a.LocalCoordinates(T_b).norm();
-    if (!(difference <= largest))
-      largest = difference; // a NaN stays
+    if (!(difference <= largest)) largest = difference;  // a NaN stays
   }
   return largest;
 }
 
-} // namespace hpgo
+}  // namespace hpgo
