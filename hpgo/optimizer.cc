@@ -42,6 +42,8 @@ Status Optimizer<G>::AddNode(NodeId id, const G& pose) {
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddEdge(NodeId i, NodeId j, const G& measurement,
                                      const Matrix& information, Loss loss) {
+  const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
+  if (!status.ok()) return status;
   return impl_->AddEdge(i, j, MakeData(measurement, information), std::move(loss));
 }
 template <typename G>
@@ -51,10 +53,11 @@ Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
                                            Loss loss) {
   const std::vector<std::int32_t> blocks(2, G::kParams);
   if (cost == nullptr || cost->parameter_block_sizes() != blocks) {
-    return Status(StatusCode::kInvalidArgument, "edge " + std::to_string(i) + " -> " +
-                                                    std::to_string(j) +
-                                                    ": the cost is not over two poses");
+    return Status(StatusCode::kInvalidArgument,
+                  EdgeName(i, j) + ": the cost is not over two poses");
   }
+  const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
+  if (!status.ok()) return status;
   EdgeData<G> data = MakeData(measurement, information);
   data.custom = std::move(cost);
   return impl_->AddEdge(i, j, std::move(data), std::move(loss));
@@ -62,6 +65,8 @@ Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddPrior(NodeId id, const G& measurement, const Matrix& information,
                                       const G& offset, Loss loss) {
+  const Status status = CheckInformation<G::kDof>(information, PriorName(id));
+  if (!status.ok()) return status;
   EdgeData<G> data = MakeData(measurement, information);
   data.offset = std::make_shared<G>(offset);
   return impl_->AddPrior(id, std::move(data), std::move(loss));

@@ -57,7 +57,7 @@ class Optimizer {
   Status AddNode(NodeId id, const G& pose);
   // A measurement T_i_j with the information of its error, translation first; loss null: squared.
   // kNotFound; kInvalidArgument for a self edge, values that are not finite, information that is
-  // not positive semi-definite. Several edges between the same nodes are allowed.
+  // not symmetric and positive semi-definite. Several edges between the same nodes are allowed.
   Result<EdgeId> AddEdge(NodeId i, NodeId j, const G& measurement, const Matrix& information,
                          Loss loss = nullptr);
   // Any Ceres cost over {X_i, X_j} in the storage order of G that depends on T_i_j only, with
@@ -68,7 +68,8 @@ class Optimizer {
   // A measurement of T_world_sensor with P = T_node_sensor; rows of zeros are not measured.
   Result<EdgeId> AddPrior(NodeId id, const G& measurement, const Matrix& information,
                           const G& offset = G(), Loss loss = nullptr);
-  // Replaces the measurement of an edge or a prior.
+  // Replaces the measurement of an edge or a prior. kInvalidArgument for an edge with a custom
+  // cost.
   Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
   // Removes an edge or a prior.
   Status RemoveEdge(EdgeId edge);
@@ -120,8 +121,8 @@ class Optimizer {
 
   // The graph with the current estimate; custom costs and losses are not part of it.
   PoseGraph<G> ToGraph() const;
-  // Adds a graph's nodes, edges and priors, without solving. An error leaves the optimizer as it
-  // was.
+  // Adds a graph's nodes, edges and priors, without solving; nodes without a pose get one composed
+  // along the edges. An error leaves the optimizer as it was.
   Status AddGraph(const PoseGraph<G>& graph);
 
   const Hierarchy<G>& hierarchy() const;

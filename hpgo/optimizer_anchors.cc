@@ -8,6 +8,13 @@
 #include "hpgo/optimizer_impl.h"
 
 namespace hpgo {
+namespace {
+
+// Holders of a component other than anchors, which are numbered by age: the smaller, the stronger.
+constexpr std::int64_t kCaller = -1;
+constexpr std::int64_t kNothing = std::numeric_limits<std::int64_t>::max();
+
+}  // namespace
 
 template <typename G>
 Index Optimizer<G>::Impl::TopAncestor(Index node) const {
@@ -72,27 +79,23 @@ void Optimizer<G>::Impl::FindNewComponents() {
 }
 
 // Where a new edge joins two components, one of which nothing but its first node holds, that one
-// moves as a whole to fit the edge: from far off, no local solve would bring it there.
+// moves as a whole to fit the edge: from far off, no local solve would bring it there. Comes before
+// the grouping, which may put nodes of both into one group.
 template <typename G>
 void Optimizer<G>::Impl::AlignJoinedComponents() {
   if (anchors_.size() + !fixed_.empty() + (num_priors_ > 0) < 2) return;
   const int l = hierarchy_.num_levels() - 1;
   const Level<G>& top = hierarchy_.level(l);
-  const TopComponents components = FindTopComponents(/*old_edges_only=*/true);
-  // By component: what holds it. Smaller is stronger: the caller, then anchors by age.
-  constexpr std::int64_t kCaller = -1, kNothing = std::numeric_limits<std::int64_t>::max();
-  std::vector<std::int64_t> holder(components.count, kNothing);
-  for (const auto& [node, age] : anchors_) {
-    std::int64_t& h = holder[components.of_node[TopAncestor(node)]];
-    h = std::min(h, age);
+  TopComponents components = FindTopComponents(/*old_edges_only=*/true);
+  std::map<Index, int> lone;  // new nodes, of no group yet: each a component
+  for (const Index node : new_nodes_) {
+    if (TopAncestor(node) == kNone) lone[node] = components.count++;
   }
-  for (const Index node : fixed_) holder[components.of_node[TopAncestor(node)]] = kCaller;
-  for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
-    if (!top.nodes[n].alive) continue;
-    ForEachEdge(top, n, [&](Index, Index other) {
-      if (other == kNone) holder[components.of_node[n]] = kCaller;
-    });
-  }
+  const auto component_of = [&](Index node) {
+    const Index group = TopAncestor(node);
+    return group == kNone ? lone.at(node) : components.of_node[group];
+  };
+  const std::vector<std::int64_t> holder = FindHolders(components, component_of);
   std::vector<int> merged(components.count);  // component -> what it has been joined to
   std::iota(merged.begin(), merged.end(), 0);
   for (const EdgeId id : new_edges_) {
@@ -101,9 +104,7 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
     const LevelEdge& record = hierarchy_.level(0).edges[*edge];
     if (record.node[0] == kNone) continue;
     int side[2];
-    for (int s = 0; s < 2; ++s) {
-      side[s] = merged[components.of_node[TopAncestor(record.node[s])]];
-    }
+    for (int s = 0; s < 2; ++s) side[s] = merged[component_of(record.node[s])];
     if (side[0] == side[1]) continue;
     const int weak = holder[side[0]] > holder[side[1]] ? 0 : 1;
     const int moving = side[weak], staying = side[1 - weak];
@@ -113,12 +114,43 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
       const G& Z = hierarchy_.level(0).terms[*edge].measurement;
       const G correction = weak == 1 ? X_i * Z * X_j.Inverse() : X_j * Z.Inverse() * X_i.Inverse();
       for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
-        if (!top.nodes[n].alive || merged[components.of_node[n]] != moving) continue;
+        if (!top.nodes[n].alive || components.of_node[n] < 0) continue;
+        if (merged[components.of_node[n]] != moving) continue;
         hierarchy_.SetWorldPose(l, n, correction * top.nodes[n].pose);
+      }
+      for (const auto& [node, component] : lone) {
+        if (merged[component] != moving) continue;
+        hierarchy_.SetWorldPose(0, node, correction * hierarchy_.WorldPose(0, node));
       }
     }
     std::replace(merged.begin(), merged.end(), moving, staying);
   }
+}
+
+// By component, what holds it: the caller (a fixed node, a prior), the age of an anchor, nothing.
+template <typename G>
+std::vector<std::int64_t> Optimizer<G>::Impl::FindHolders(
+    const TopComponents& components, const std::function<int(Index)>& component_of) const {
+  std::vector<std::int64_t> holder(components.count, kNothing);
+  for (const auto& [node, age] : anchors_) {
+    std::int64_t& h = holder[component_of(node)];
+    h = std::min(h, age);
+  }
+  for (const Index node : fixed_) holder[component_of(node)] = kCaller;
+  if (num_priors_ == 0) return holder;
+  const Level<G>& top = hierarchy_.level(hierarchy_.num_levels() - 1);
+  for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
+    if (!top.nodes[n].alive) continue;
+    ForEachEdge(top, n, [&](Index, Index other) {
+      if (other == kNone) holder[components.of_node[n]] = kCaller;
+    });
+  }
+  for (const Index node : new_nodes_) {
+    ForEachEdge(hierarchy_.level(0), node, [&](Index, Index other) {
+      if (other == kNone) holder[component_of(node)] = kCaller;
+    });
+  }
+  return holder;
 }
 
 // Gives every component that neither a fixed node nor a prior holds exactly one anchor: the oldest

@@ -4,7 +4,9 @@
 #include <cmath>
 
 #include "ceres_costs/whitening.h"
+#include "hpgo/graph/compose_poses.h"
 #include "hpgo/optimizer_impl.h"
+#include "hpgo/solve/full_problem.h"
 
 namespace hpgo {
 namespace {
@@ -13,34 +15,15 @@ template <typename G>
 Status CheckPose(const G& pose, const std::string& what) {
   for (int k = 0; k < G::kParams; ++k) {
     if (!std::isfinite(pose.data()[k])) {
-      return Status(StatusCode::kInvalidArgument, what + ": the pose is not finite");
+      return Status(StatusCode::kInvalidArgument, what + " is not finite");
     }
   }
-  const G unit = pose.Normalized();
-  for (int k = 0; k < G::kParams; ++k) {
-    if (!std::isfinite(unit.data()[k])) {
-      return Status(StatusCode::kInvalidArgument, what + ": the quaternion is zero");
+  if constexpr (G::kDim == 3) {
+    if (!(pose.Normalized().rotation().norm() > 0.5)) {  // Eigen leaves a zero as it is
+      return Status(StatusCode::kInvalidArgument, what + " has a zero quaternion");
     }
   }
   return Status::Ok();
-}
-
-template <typename G>
-Status CheckTerm(const ceres_costs::RelativePoseTerm<G>& term, const std::string& what) {
-  const Status pose = CheckPose(term.measurement, what);
-  if (!pose.ok()) return pose;
-  using ceres_costs::InformationKind;
-  switch (ceres_costs::ClassifyInformation<G::kDof>(term.information.Dense())) {
-    case InformationKind::kPositiveDefinite:
-    case InformationKind::kSemiDefinite:
-      return Status::Ok();
-    case InformationKind::kIndefinite:
-      return Status(StatusCode::kInvalidArgument,
-                    what + ": the information matrix is not positive semi-definite");
-    case InformationKind::kNotFinite:
-      break;
-  }
-  return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not finite");
 }
 
 template <typename G>
@@ -49,11 +32,33 @@ ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> ter
   return term;
 }
 
+}  // namespace
+
 std::string EdgeName(NodeId i, NodeId j) {
   return "edge " + std::to_string(i) + " -> " + std::to_string(j);
 }
 
-}  // namespace
+std::string PriorName(NodeId id) { return "prior of node " + std::to_string(id); }
+
+template <int N>
+Status CheckInformation(const Eigen::Matrix<double, N, N>& information, const std::string& what) {
+  constexpr double kTolerance = 1e-9;  // of the largest entry: what rounding leaves
+  if (!information.allFinite()) {
+    return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not finite");
+  }
+  if ((information - information.transpose()).cwiseAbs().maxCoeff() >
+      kTolerance * information.cwiseAbs().maxCoeff()) {
+    return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not symmetric");
+  }
+  using ceres_costs::InformationKind;
+  if (ceres_costs::ClassifyInformation<N>(information) == InformationKind::kIndefinite) {
+    return Status(StatusCode::kInvalidArgument,
+                  what + ": the information matrix is not positive semi-definite");
+  }
+  return Status::Ok();
+}
+template Status CheckInformation<3>(const Eigen::Matrix3d&, const std::string&);
+template Status CheckInformation<6>(const Eigen::Matrix<double, 6, 6>&, const std::string&);
 
 template <typename G>
 EdgeId Optimizer<G>::Impl::IdOf(Index edge) const {
@@ -82,11 +87,18 @@ Result<Index> Optimizer<G>::Impl::FindNode(NodeId id) const {
 }
 
 template <typename G>
+std::string Optimizer<G>::Impl::NameOf(Index edge) const {
+  const LevelEdge& record = hierarchy_.level(0).edges[edge];
+  if (record.node[0] == kNone) return PriorName(ids_[record.node[1]]);
+  return EdgeName(ids_[record.node[0]], ids_[record.node[1]]);
+}
+
+template <typename G>
 Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
   if (index_of_.Find(id) != IdMap::kAbsent) {
     return Status(StatusCode::kAlreadyExists, "node " + std::to_string(id) + " exists");
   }
-  const Status status = CheckPose(pose, "node " + std::to_string(id));
+  const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
   const Index node = hierarchy_.AddNode(pose);
   while (static_cast<Index>(ids_.size()) <= node) ids_.push_back(0);
@@ -112,7 +124,7 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data,
   if (!a.ok()) return Status(a.status().code(), EdgeName(i, j) + ": " + a.status().message());
   if (!b.ok()) return Status(b.status().code(), EdgeName(i, j) + ": " + b.status().message());
   if (i == j) return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": a self edge");
-  const Status status = CheckTerm(data.term, EdgeName(i, j));
+  const Status status = CheckPose(data.term.measurement, EdgeName(i, j) + ": the measurement");
   if (!status.ok()) return status;
   data.term = Normalized(data.term);
   data.weight = ModularityWeight(data.term);
@@ -124,12 +136,13 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data,
 template <typename G>
 Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data, Loss loss) {
   const Result<Index> node = FindNode(id);
-  const std::string name = "prior on node " + std::to_string(id);
+  const std::string name = PriorName(id);
   if (!node.ok()) return Status(node.status().code(), name + ": " + node.status().message());
-  Status status = CheckTerm(data.term, name);
-  if (status.ok() && data.offset != nullptr) status = CheckPose(*data.offset, name);
+  Status status = CheckPose(data.term.measurement, name + ": the measurement");
+  if (status.ok()) status = CheckPose(*data.offset, name + ": the offset");
   if (!status.ok()) return status;
   data.term = Normalized(data.term);
+  data.offset = std::make_shared<G>(data.offset->Normalized());
   ++num_priors_;
   check_anchors_ = true;
   return IdOf(Link(kNone, *node, data, std::move(loss)));
@@ -142,7 +155,12 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   ceres_costs::RelativePoseTerm<G> term;
   term.measurement = measurement;
   term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
-  const Status status = CheckTerm(term, "edge " + std::to_string(id.value));
+  Status status = CheckPose(measurement, NameOf(*edge) + ": the measurement");
+  if (status.ok()) status = CheckInformation(information, NameOf(*edge));
+  if (status.ok() && hierarchy_.FactorOf(0, *edge).custom != nullptr) {
+    status = Status(StatusCode::kInvalidArgument,
+                    NameOf(*edge) + ": its cost is the caller's own; remove it and add another");
+  }
   if (!status.ok()) return status;
   const LevelEdge& record = hierarchy_.level(0).edges[*edge];
   const bool prior = record.node[0] == kNone;
@@ -227,7 +245,7 @@ template <typename G>
 Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
-  const Status status = CheckPose(pose, "node " + std::to_string(id));
+  const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
   hierarchy_.SetWorldPose(0, *node, pose.Normalized());
   // Its edges have changed as much as new ones.
@@ -246,45 +264,30 @@ template <typename G>
 Status Optimizer<G>::Impl::AddGraph(const PoseGraph<G>& graph) {
   // Everything is checked first, so that nothing is added of a graph with an error in it.
   for (const GraphNode<G>& node : graph.nodes()) {
-    const std::string name = "node " + std::to_string(node.id);
-    if (index_of_.Find(node.id) != IdMap::kAbsent) {
-      return Status(StatusCode::kAlreadyExists, name + " exists");
-    }
-    const Status status = CheckPose(node.pose, name);
-    if (!status.ok()) return status;
+    if (index_of_.Find(node.id) == IdMap::kAbsent) continue;
+    return Status(StatusCode::kAlreadyExists, "node " + std::to_string(node.id) + " exists");
   }
-  std::vector<EdgeData<G>> edges, priors;
+  Status status = CheckGraph(graph);
+  if (!status.ok()) return status;
+  PoseGraph<G> complete = graph;
+  ComposeMissingPoses(&complete);
+  const auto id = [&](int index) { return graph.nodes()[index].id; };
+  for (const GraphNode<G>& node : complete.nodes()) {
+    if (status.ok()) status = AddNode(node.id, node.pose);
+    if (status.ok() && node.fixed) status = SetFixed(node.id, true);
+  }
   for (const GraphEdge<G>& edge : graph.edges()) {
     EdgeData<G> data;
     data.term.measurement = edge.measurement;
     data.term.information = ceres_costs::PackedSymmetric<G::kDof>(edge.information);
-    const Status status =
-        CheckTerm(data.term, EdgeName(graph.nodes()[edge.i].id, graph.nodes()[edge.j].id));
-    if (!status.ok()) return status;
-    edges.push_back(std::move(data));
+    if (status.ok()) status = AddEdge(id(edge.i), id(edge.j), data, nullptr).status();
   }
   for (const GraphPrior<G>& prior : graph.priors()) {
     EdgeData<G> data;
     data.term.measurement = prior.measurement;
     data.term.information = ceres_costs::PackedSymmetric<G::kDof>(prior.information);
-    data.offset = std::make_shared<G>(prior.offset.Normalized());
-    const std::string name = "prior on node " + std::to_string(graph.nodes()[prior.node].id);
-    Status status = CheckTerm(data.term, name);
-    if (status.ok()) status = CheckPose(prior.offset, name);
-    if (!status.ok()) return status;
-    priors.push_back(std::move(data));
-  }
-  const auto id = [&](int index) { return graph.nodes()[index].id; };
-  Status status;
-  for (const GraphNode<G>& node : graph.nodes()) {
-    if (status.ok()) status = AddNode(node.id, node.pose);
-    if (status.ok() && node.fixed) status = SetFixed(node.id, true);
-  }
-  for (std::size_t k = 0; k < edges.size() && status.ok(); ++k) {
-    status = AddEdge(id(graph.edges()[k].i), id(graph.edges()[k].j), edges[k], nullptr).status();
-  }
-  for (std::size_t k = 0; k < priors.size() && status.ok(); ++k) {
-    status = AddPrior(id(graph.priors()[k].node), priors[k], nullptr).status();
+    data.offset = std::make_shared<G>(prior.offset);
+    if (status.ok()) status = AddPrior(id(prior.node), data, nullptr).status();
   }
   return status;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -17,6 +18,15 @@
 #include "hpgo/solve/window.h"
 
 namespace hpgo {
+
+// For messages: "edge 3 -> 7", "prior of node 3".
+std::string EdgeName(NodeId i, NodeId j);
+std::string PriorName(NodeId id);
+
+// kInvalidArgument, `what` first, unless the matrix is finite, symmetric and positive
+// semi-definite.
+template <int N>
+Status CheckInformation(const Eigen::Matrix<double, N, N>& information, const std::string& what);
 
 template <typename G>
 class Optimizer<G>::Impl {
@@ -64,7 +74,7 @@ class Optimizer<G>::Impl {
   EdgeId IdOf(Index edge) const;
   Result<Index> FindEdge(EdgeId id) const;
   Result<Index> FindNode(NodeId id) const;
-  std::string NameOf(EdgeId id) const;
+  std::string NameOf(Index edge) const;
   Index Link(Index i, Index j, const EdgeData<G>& data, Loss loss);
   void Disturb(int l, Index node);
   EdgeError ErrorOf(Index edge) const;
@@ -78,6 +88,8 @@ class Optimizer<G>::Impl {
   bool IsOld(int l, Index edge) const;
   void FindNewComponents();
   void AlignJoinedComponents();
+  std::vector<std::int64_t> FindHolders(const TopComponents& components,
+                                        const std::function<int(Index)>& component_of) const;
   void HoldComponents();
   Index TopAncestor(Index node) const;
 
@@ -96,6 +108,8 @@ class Optimizer<G>::Impl {
   void RunFixedSchedule();
   void SolveFull(const UpdateLimits& limits);
   bool SolveWindow(int max_iterations);
+  Status NotFinite(Index edge) const;
+  Status WhyUnusable(const Status& status);
   void RecordChanges(const SubproblemSummary& summary);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;

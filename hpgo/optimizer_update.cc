@@ -73,11 +73,9 @@ void Optimizer<G>::Impl::InsertNewNodes() {
   report_.new_nodes = static_cast<int>(new_nodes_.size());
   report_.new_edges = static_cast<int>(new_edges_.size());
   FindNewComponents();
+  if (check_anchors_) AlignJoinedComponents();
   hierarchy_.AssignGroups();
-  if (check_anchors_) {
-    AlignJoinedComponents();
-    HoldComponents();
-  }
+  if (check_anchors_) HoldComponents();
   check_anchors_ = false;
   new_nodes_.clear();
 }
@@ -132,7 +130,10 @@ void Optimizer<G>::Impl::NoteNewEdges() {
     edge.merged = true;
     const double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                                    hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
-    if (!std::isfinite(chi2)) continue;
+    if (!std::isfinite(chi2)) {
+      report_.status = NotFinite(e);
+      continue;
+    }
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {
@@ -187,12 +188,32 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
   const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
   report_.solved_nodes += window_.subproblem().num_free;
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
-  if (!usable) report_.status = summary.status;
+  if (!usable) report_.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
   window_.Commit(&hierarchy_);
   report_.cost_decrease += summary.initial_cost - summary.final_cost;
   RecordChanges(summary);
   return true;
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::NotFinite(Index edge) const {
+  return Status(StatusCode::kNoSolution,
+                NameOf(edge) + ": its cost cannot be evaluated at the estimate");
+}
+
+// The edge at fault if there is one, else what the solver says.
+template <typename G>
+Status Optimizer<G>::Impl::WhyUnusable(const Status& status) {
+  for (std::size_t k = 0; k < window_.edges().size() && window_.level() == 0; ++k) {
+    const Index e = window_.edges()[k];
+    const bool unary = hierarchy_.level(0).edges[e].node[0] == kNone;
+    if (!std::isfinite(
+            FactorCost(hierarchy_.FactorOf(0, e), unary, window_.RelativePoseBefore(k)))) {
+      return NotFinite(e);
+    }
+  }
+  return status;
 }
 
 template <typename G>

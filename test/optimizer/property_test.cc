@@ -14,26 +14,25 @@
 #include <vector>
 
 #include "ceres_costs/losses.h"
+#include "gtest/gtest.h"
 #include "hpgo/hierarchy/consistency.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
-#include "gtest/gtest.h"
 
 namespace hpgo {
 namespace {
 
-template <typename G> class Sequence {
-public:
-  explicit Sequence(std::uint64_t seed)
-      : rng_(seed), optimizer_(RandomOptions()) {
+template <typename G>
+class Sequence {
+ public:
+  explicit Sequence(std::uint64_t seed) : rng_(seed), optimizer_(RandomOptions()) {
     own_frames_ = Chance(0.3);
     robust_ = Chance(0.3);
     if (robust_) {
       loss_name_ = Chance(0.5) ? "huber" : "cauchy";
       std::unique_ptr<ceres::LossFunction> loss;
       std::string error;
-      EXPECT_TRUE(ceres_costs::MakeLoss(loss_name_, kLossScale, &loss, &error))
-          << error;
+      EXPECT_TRUE(ceres_costs::MakeLoss(loss_name_, kLossScale, &loss, &error)) << error;
       loss_ = std::move(loss);
     }
   }
@@ -49,8 +48,7 @@ public:
       history_ += RefineToRest() + "\n";
       Check();
     }
-    if (testing::Test::HasFailure())
-      std::cout << history_;
+    if (testing::Test::HasFailure()) std::cout << history_;
   }
 
   // How often the optimizer came to rest, and how often more than 0.01 % above
@@ -58,8 +56,8 @@ public:
   int rests() const { return rests_; }
   int off() const { return off_; }
 
-private:
-  static constexpr double kSigma[2] = {0.05, 0.02}; // m, rad
+ private:
+  static constexpr double kSigma[2] = {0.05, 0.02};  // m, rad
   static constexpr double kLossScale = 3;
   static constexpr std::size_t kMaxNodes = 60;
 
@@ -70,19 +68,15 @@ private:
   };
   struct Edge {
     EdgeId id;
-    NodeId i, j; // i == j: a prior
+    NodeId i, j;  // i == j: a prior
   };
   using Tangent = typename G::Tangent;
   using Matrix = typename G::Matrix;
 
   // --- Randomness.
-  double Uniform() {
-    return std::uniform_real_distribution<double>(0, 1)(rng_);
-  }
+  double Uniform() { return std::uniform_real_distribution<double>(0, 1)(rng_); }
   bool Chance(double p) { return Uniform() < p; }
-  int Below(int n) {
-    return std::uniform_int_distribution<int>(0, n - 1)(rng_);
-  }
+  int Below(int n) { return std::uniform_int_distribution<int>(0, n - 1)(rng_); }
   OptimizerOptions RandomOptions() {
     OptimizerOptions options;
     options.max_group_size = 2 + Below(3);
@@ -97,54 +91,37 @@ private:
   }
   Matrix Information() {
     Tangent weights;
-    for (int k = 0; k < G::kDof; ++k)
-      weights(k) = 1 / kSigma[k >= G::kDim];
-    return weights.asDiagonal() * RandomInformation<G>(&rng_) *
-           weights.asDiagonal();
+    for (int k = 0; k < G::kDof; ++k) weights(k) = 1 / kSigma[k >= G::kDim];
+    return weights.asDiagonal() * RandomInformation<G>(&rng_) * weights.asDiagonal();
   }
   G Noise() { return RandomPose<G>(&rng_, 1.5 * kSigma[0], 1.5 * kSigma[1]); }
-  NodeId AnyNode() {
-    return std::next(nodes_.begin(), Below(nodes_.size()))->first;
-  }
+  NodeId AnyNode() { return std::next(nodes_.begin(), Below(nodes_.size()))->first; }
   // Of T_i_j; now and then wrong where a loss will bear it.
   G Measure(NodeId i, NodeId j) {
     const G truth = nodes_[i].truth.Between(nodes_[j].truth);
-    if (robust_ && Chance(0.1))
-      return truth * RandomPose<G>(&rng_, 3, 0.5);
+    if (robust_ && Chance(0.1)) return truth * RandomPose<G>(&rng_, 3, 0.5);
     return truth * Noise();
   }
 
   // --- The calls. Each returns what it did, for the trace.
   std::string Act() {
-    if (nodes_.empty())
-      return AddComponent();
+    if (nodes_.empty()) return AddComponent();
     const double dice = Uniform();
-    if (dice < 0.30)
-      return AddAttachedNode();
-    if (dice < 0.33)
-      return AddComponent();
-    if (dice < 0.45)
-      return AddEdge();
-    if (dice < 0.50)
-      return own_frames_ ? AddEdge() : AddPrior();
-    if (dice < 0.54)
-      return RemoveEdge();
-    if (dice < 0.58)
-      return RemoveNode();
-    if (dice < 0.62)
-      return UpdateEdge();
-    if (dice < 0.66)
-      return own_frames_ ? UpdateEdge() : ToggleFixed();
-    if (dice < 0.69)
-      return SetPose();
-    if (dice < 0.72)
-      return RefineToRest();
-    if (dice < 0.74)
-      return Solve(Chance(0.5) ? Mode::kFull : Mode::kTop);
+    if (dice < 0.30) return AddAttachedNode();
+    if (dice < 0.33) return AddComponent();
+    if (dice < 0.45) return AddEdge();
+    if (dice < 0.50) return own_frames_ ? AddEdge() : AddPrior();
+    if (dice < 0.54) return RemoveEdge();
+    if (dice < 0.58) return RemoveNode();
+    if (dice < 0.62) return UpdateEdge();
+    if (dice < 0.66) return own_frames_ ? UpdateEdge() : ToggleFixed();
+    if (dice < 0.69) return SetPose();
+    if (dice < 0.72) return RefineToRest();
+    if (dice < 0.74) return Solve(Chance(0.5) ? Mode::kFull : Mode::kTop);
     return Solve(Mode::kPartial);
   }
 
-  std::string AddNode(const G &truth, const G &pose) {
+  std::string AddNode(const G& truth, const G& pose) {
     const NodeId id = next_id_++;
     EXPECT_TRUE(optimizer_.AddNode(id, pose).ok());
     EXPECT_EQ(optimizer_.AddNode(id, pose).code(), StatusCode::kAlreadyExists);
@@ -153,20 +130,16 @@ private:
     return "add node " + std::to_string(id);
   }
   std::string AddComponent() {
-    if (nodes_.size() >= kMaxNodes)
-      return RemoveNode();
+    if (nodes_.size() >= kMaxNodes) return RemoveNode();
     const G truth = RandomPose<G>(&rng_, 5, 2);
-    return AddNode(truth,
-                   own_frames_ ? RandomPose<G>(&rng_, 20, 3) : truth * Noise());
+    return AddNode(truth, own_frames_ ? RandomPose<G>(&rng_, 20, 3) : truth * Noise());
   }
   std::string AddAttachedNode() {
-    if (nodes_.size() >= kMaxNodes)
-      return RemoveNode();
-    const NodeId from = Chance(0.7) ? nodes_.rbegin()->first : AnyNode(),
-                 to = next_id_;
+    if (nodes_.size() >= kMaxNodes) return RemoveNode();
+    const NodeId from = Chance(0.7) ? nodes_.rbegin()->first : AnyNode(), to = next_id_;
     const G step = RandomPose<G>(&rng_, 1, 0.7);
-    const std::string name = AddNode(
-        nodes_[from].truth * step, *optimizer_.GetPose(from) * step * Noise());
+    const std::string name =
+        AddNode(nodes_[from].truth * step, *optimizer_.GetPose(from) * step * Noise());
     return name + ", " + AddEdge(from, to);
   }
   std::string AddEdge() {
@@ -174,8 +147,7 @@ private:
     return i == j ? Solve(Mode::kPartial) : AddEdge(i, j);
   }
   std::string AddEdge(NodeId i, NodeId j) {
-    const Result<EdgeId> id =
-        optimizer_.AddEdge(i, j, Measure(i, j), Information(), loss_);
+    const Result<EdgeId> id = optimizer_.AddEdge(i, j, Measure(i, j), Information(), loss_);
     EXPECT_TRUE(id.ok()) << id.status().ToString();
     edges_.push_back({*id, i, j});
     return "add edge " + std::to_string(i) + " -> " + std::to_string(j);
@@ -184,60 +156,48 @@ private:
     const NodeId node = AnyNode();
     const G offset = Chance(0.5) ? G() : RandomPose<G>(&rng_, 1, 1);
     Tangent measured = Tangent::Ones();
-    const int kind = Below(4); // full, position, planar position, attitude
-    if (kind == 1)
-      measured.template tail<G::kRotationDof>().setZero();
-    if (kind == 2)
-      measured.template tail<G::kDof - 2>().setZero();
-    if (kind == 3)
-      measured.template head<G::kDim>().setZero();
-    const Matrix information =
-        measured.asDiagonal() * Information() * measured.asDiagonal();
-    const Result<EdgeId> id = optimizer_.AddPrior(
-        node, nodes_[node].truth * offset * Noise(), information, offset);
+    const int kind = Below(4);  // full, position, planar position, attitude
+    if (kind == 1) measured.template tail<G::kRotationDof>().setZero();
+    if (kind == 2) measured.template tail<G::kDof - 2>().setZero();
+    if (kind == 3) measured.template head<G::kDim>().setZero();
+    const Matrix information = measured.asDiagonal() * Information() * measured.asDiagonal();
+    const Result<EdgeId> id =
+        optimizer_.AddPrior(node, nodes_[node].truth * offset * Noise(), information, offset);
     EXPECT_TRUE(id.ok()) << id.status().ToString();
     edges_.push_back({*id, node, node});
-    return "add prior of kind " + std::to_string(kind) + " on " +
-           std::to_string(node);
+    return "add prior of kind " + std::to_string(kind) + " on " + std::to_string(node);
   }
   std::string RemoveEdge() {
-    if (edges_.empty())
-      return AddComponent();
+    if (edges_.empty()) return AddComponent();
     const int at = Below(edges_.size());
     const Edge edge = edges_[at];
     edges_.erase(edges_.begin() + at);
     EXPECT_TRUE(optimizer_.RemoveEdge(edge.id).ok());
     EXPECT_EQ(optimizer_.RemoveEdge(edge.id).code(), StatusCode::kNotFound);
-    return "remove edge " + std::to_string(edge.i) + " -> " +
-           std::to_string(edge.j);
+    return "remove edge " + std::to_string(edge.i) + " -> " + std::to_string(edge.j);
   }
   std::string RemoveNode() {
     const NodeId node = AnyNode();
     EXPECT_TRUE(optimizer_.RemoveNode(node).ok());
     nodes_.erase(node);
     std::vector<Edge> left;
-    for (const Edge &edge : edges_) {
-      if (edge.i != node && edge.j != node)
-        left.push_back(edge);
+    for (const Edge& edge : edges_) {
+      if (edge.i != node && edge.j != node) left.push_back(edge);
     }
     edges_.swap(left);
     return "remove node " + std::to_string(node);
   }
   std::string UpdateEdge() {
-    if (edges_.empty())
-      return AddComponent();
-    const Edge &edge = edges_[Below(edges_.size())];
+    if (edges_.empty()) return AddComponent();
+    const Edge& edge = edges_[Below(edges_.size())];
     const bool prior = edge.i == edge.j;
-    const G measurement =
-        prior ? nodes_[edge.i].truth * Noise() : Measure(edge.i, edge.j);
-    EXPECT_TRUE(
-        optimizer_.UpdateEdge(edge.id, measurement, Information()).ok());
-    return "update edge " + std::to_string(edge.i) + " -> " +
-           std::to_string(edge.j);
+    const G measurement = prior ? nodes_[edge.i].truth * Noise() : Measure(edge.i, edge.j);
+    EXPECT_TRUE(optimizer_.UpdateEdge(edge.id, measurement, Information()).ok());
+    return "update edge " + std::to_string(edge.i) + " -> " + std::to_string(edge.j);
   }
   std::string ToggleFixed() {
     const NodeId id = AnyNode();
-    Node &node = nodes_[id];
+    Node& node = nodes_[id];
     node.fixed = !node.fixed;
     node.fixed_at = *optimizer_.GetPose(id);
     EXPECT_TRUE(optimizer_.SetFixed(id, node.fixed).ok());
@@ -262,12 +222,11 @@ private:
     EXPECT_TRUE(report.status.ok()) << report.status.ToString();
     EXPECT_TRUE(report.at_rest);
     grouped_ = true;
-    const Optimum<G> optimum =
-        OptimumFrom(optimizer_, robust_ ? loss_name_ : "none", kLossScale);
+    const Optimum<G> optimum = OptimumFrom(optimizer_, robust_ ? loss_name_ : "none", kLossScale);
     // Where the loss is not convex a full solve may leave for another minimum.
     if (loss_name_ != "cauchy") {
       ++rests_;
-      const double small = 1e-5 * edges_.size(); // of the noise's chi2
+      const double small = 1e-5 * edges_.size();  // of the noise's chi2
       off_ += optimizer_.Cost() > optimum.cost * (1 + 1e-4) + small;
       EXPECT_LE(optimizer_.Cost(), optimum.cost * (1 + 3e-2) + small);
     }
@@ -281,16 +240,15 @@ private:
     }
     EXPECT_EQ(optimizer_.num_nodes(), nodes_.size());
     EXPECT_EQ(optimizer_.num_edges(), edges_.size());
-    for (const auto &[id, node] : nodes_) {
+    for (const auto& [id, node] : nodes_) {
       const Result<G> pose = optimizer_.GetPose(id);
       ASSERT_TRUE(pose.ok()) << pose.status().ToString();
-      for (int k = 0; k < G::kParams; ++k)
-        ASSERT_TRUE(std::isfinite(pose->data()[k])) << id;
+      for (int k = 0; k < G::kParams; ++k) ASSERT_TRUE(std::isfinite(pose->data()[k])) << id;
       if (node.fixed) {
         EXPECT_LT(node.fixed_at.LocalCoordinates(*pose).norm(), 1e-12) << id;
       }
     }
-    for (const Edge &edge : edges_) {
+    for (const Edge& edge : edges_) {
       const Result<EdgeError> error = optimizer_.GetEdgeError(edge.id);
       ASSERT_TRUE(error.ok()) << error.status().ToString();
       EXPECT_EQ(error->i, edge.i);
@@ -301,8 +259,7 @@ private:
 
   std::mt19937_64 rng_;
   Optimizer<G> optimizer_;
-  bool own_frames_ =
-      false; // components start anywhere, and nothing but edges relates them
+  bool own_frames_ = false;  // components start anywhere, and nothing but edges relates them
   bool robust_ = false;
   std::string loss_name_;
   std::shared_ptr<const ceres::LossFunction> loss_;
@@ -311,22 +268,21 @@ private:
   NodeId next_id_ = 0;
   std::string history_;
   int rests_ = 0, off_ = 0;
-  bool grouped_ = true; // no node was added since the last update
+  bool grouped_ = true;  // no node was added since the last update
 };
 
-template <typename G> class PropertyTest : public testing::Test {};
+template <typename G>
+class PropertyTest : public testing::Test {};
 using Groups = testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(PropertyTest, Groups);
 
 TYPED_TEST(PropertyTest, RandomSequences) {
-  const char *one = std::getenv("HPGO_SEED");
-  const char *many = std::getenv("HPGO_SEQUENCES");
-  const std::uint64_t first =
-      one != nullptr ? std::strtoull(one, nullptr, 10) : 0;
+  const char* one = std::getenv("HPGO_SEED");
+  const char* many = std::getenv("HPGO_SEQUENCES");
+  const std::uint64_t first = one != nullptr ? std::strtoull(one, nullptr, 10) : 0;
   const std::uint64_t count = one != nullptr && many == nullptr ? 1
-                              : many != nullptr
-                                  ? std::strtoull(many, nullptr, 10)
-                                  : 2000;
+                              : many != nullptr                 ? std::strtoull(many, nullptr, 10)
+                                                                : 2000;
   int rests = 0, off = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE("HPGO_SEED=" + std::to_string(seed));
@@ -342,5 +298,5 @@ TYPED_TEST(PropertyTest, RandomSequences) {
   EXPECT_LE(off, 1 + rests / 200);
 }
 
-} // namespace
-} // namespace hpgo
+}  // namespace
+}  // namespace hpgo
