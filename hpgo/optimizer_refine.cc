@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "hpgo/optimizer_impl.h"
 
@@ -54,7 +55,10 @@ void Optimizer<G>::Impl::QueueAll() {
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   // Beyond rest at the threshold of updates: everything is examined again at smaller ones.
-  constexpr double kDeepest = 100, kDeeper = 10;
+  constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10;
+  // Ill-conditioned graphs go on gaining: then below kDeep as well, while a round gains this share.
+  constexpr double kWorthwhile = 1e-5;
+  double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const auto stopped = [&] {
@@ -84,7 +88,9 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
       // A sample's mean may be far above what is left.
       const double tau = thresholds_.tau;
       MeasureChi2();
-      const bool deeper = depth_ < kDeepest;
+      const bool gaining = last_mean - mean_chi2_ > kWorthwhile * mean_chi2_;
+      last_mean = mean_chi2_;
+      const bool deeper = depth_ < kDeep || (gaining && depth_ < kDeepest);
       if (deeper) depth_ *= kDeeper;
       SetThresholds();
       if (deeper || thresholds_.tau < 0.5 * tau) {
