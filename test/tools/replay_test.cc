@@ -367,7 +367,7 @@ TEST_F(ReplayCommandTest, WrongValuesAreUsageErrors) {
             "error: only one of --output, --stats_csv and --stats_json can be the standard output "
             "(see --help)\n");
   EXPECT_THAT(RunProgram({"replay", "a.g2o", "--max_windows=-2"}).err,
-              StartsWith("error: --max_windows must be at least 1"));
+              StartsWith("error: --max_windows is -2, and must be at least 1"));
 }
 
 }  // namespace
