@@ -108,6 +108,7 @@ class Optimizer<G>::Impl {
   void RunFixedSchedule();
   void SolveFull(const UpdateLimits& limits);
   bool SolveWindow(int max_iterations);
+  bool LevelBelowGains() const;
   Status NotFinite(Index edge) const;
   Status WhyUnusable(const Status& status);
   void RecordChanges(const SubproblemSummary& summary);

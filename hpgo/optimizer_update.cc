@@ -10,6 +10,14 @@
 #include "hpgo/solve/solver_factory.h"
 
 namespace hpgo {
+namespace {
+
+// About half the angle of a small rotation.
+double HalfRotation(const SE2& T) { return 0.5 * std::abs(T.angle()); }
+double HalfRotation(const SE3& T) { return T.rotation().vec().norm(); }
+
+}  // namespace
+
 // Adds the time it lives to a field of the report.
 template <typename G>
 class Optimizer<G>::Impl::Stopwatch {
@@ -190,10 +198,31 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
+  if (!LevelBelowGains()) return false;
   window_.Commit(&hierarchy_);
   report_.cost_decrease += summary.initial_cost - summary.final_cost;
   RecordChanges(summary);
   return true;
+}
+
+// Whether the edges that the window's were made from agree that the cost falls. A coarse edge says
+// little about far motions, least of all after those of levels above.
+template <typename G>
+bool Optimizer<G>::Impl::LevelBelowGains() const {
+  constexpr double kFar = 0.025;  // half radians; nearer, both agree
+  if (window_.level() == 0 || options_.coarse_edges != CoarseEdges::kGalerkin) return true;
+  bool far = false;
+  double gain = 0;
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    far |= !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) < kFar);
+  }
+  if (!far) return true;
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    const Index e = window_.edges()[k];
+    gain += hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePoseBefore(k)) -
+            hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePose(k));
+  }
+  return gain > 0;
 }
 
 template <typename G>

@@ -200,6 +200,23 @@ double Hierarchy<G>::Merge(int l, Index edge) {
 }
 
 template <typename G>
+double Hierarchy<G>::ChildrenCost(int l, Index edge, const G& T_g_h) const {
+  const LevelEdge& record = levels_[l]->edges[edge];
+  const Level<G>& below = *levels_[l - 1];
+  double cost = 0;
+  for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
+    const LevelEdge& child = below.edges[c];
+    const LevelNode<G>& b = below.nodes[child.node[1]];
+    const bool unary = child.node[0] == kNone;
+    const bool reversed = b.parent != record.node[1];
+    const G X_a = unary ? G() : below.nodes[child.node[0]].pose;
+    const G T_i_j = reversed ? (T_g_h * X_a).Between(b.pose) : X_a.Between(T_g_h * b.pose);
+    cost += FactorCost(FactorOf(l - 1, c), unary, T_i_j);
+  }
+  return cost;
+}
+
+template <typename G>
 void Hierarchy<G>::MarkDirty(int l, Index edge) {
   LevelEdge& record = levels_[l]->edges[edge];
   if (record.dirty) return;

@@ -84,6 +84,8 @@ class Hierarchy {
   // Computes a coarse edge from its children at the current estimate; see coarse_edge.h.
   // Returns how much the quadratic changed, in sqrt(chi2).
   double Merge(int l, Index edge);
+  // The cost of a coarse edge's children, were T_g_h the relative pose of its ends.
+  double ChildrenCost(int l, Index edge, const G& T_g_h) const;
   // Queues a coarse edge for merging.
   void MarkDirty(int l, Index edge);
   // Sets an edge's pending, and its place in the queue: there only above `threshold` on.

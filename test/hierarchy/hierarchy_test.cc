@@ -199,6 +199,32 @@ TYPED_TEST(HierarchyTest, GalerkinEdgesMatchTheFineObjective) {
   }
 }
 
+TYPED_TEST(HierarchyTest, ChildrenCostMovesTheSecondGroup) {
+  HierarchyOptions options;
+  options.max_top_nodes = 8;
+  Hierarchy<TypeParam> hierarchy(options);
+  this->Grow(&hierarchy, 60, 0.7);
+  hierarchy.AddEdge(kNone, this->nodes_[5], this->RandomEdge());
+  this->MergeAll(&hierarchy);
+  const int l = hierarchy.num_levels() - 1;
+  const Level<TypeParam>& level = hierarchy.level(l);
+  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+    const Index g = level.edges[e].node[0], h = level.edges[e].node[1];
+    const TypeParam before = hierarchy.WorldPose(l, h);
+    hierarchy.SetWorldPose(l, h, before * this->RandomPose(0.5));
+    double expected = 0;
+    for (Index c = level.edges[e].first_child; c != kNone;) {
+      const auto& child = hierarchy.level(l - 1).edges[c];
+      expected += FactorCost(hierarchy.FactorOf(l - 1, c), child.node[0] == kNone,
+                             hierarchy.RelativePose(l - 1, child.node[0], child.node[1]));
+      c = child.next_sibling;
+    }
+    const TypeParam moved = hierarchy.RelativePose(l, g, h);
+    hierarchy.SetWorldPose(l, h, before);
+    EXPECT_NEAR(hierarchy.ChildrenCost(l, e, moved), expected, 1e-9 * (1 + expected));
+  }
+}
+
 TYPED_TEST(HierarchyTest, CondensedEdgesAreExactWhereMeasurementsAgree) {
   // With measurements that agree with the poses, both kinds say the same: the current estimate.
   HierarchyOptions options;

@@ -285,7 +285,7 @@ TYPED_TEST(PropertyTest, RandomSequences) {
   const std::uint64_t first = one != nullptr ? std::strtoull(one, nullptr, 10) : 0;
   const std::uint64_t count = one != nullptr && many == nullptr ? 1
                               : many != nullptr                 ? std::strtoull(many, nullptr, 10)
-                                                                : 1000;
+                                                                : 4000;
   int rests = 0, off = 0;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE("HPGO_SEED=" + std::to_string(seed));
