@@ -120,6 +120,11 @@ void Optimizer<G>::Impl::SetThresholds() {
   if (options_.schedule != Schedule::kStress) {
     thresholds_.pending = std::numeric_limits<float>::infinity();  // nobody will look
   }
+  // Condensed edges hold measurements. Made anew whenever members move within their groups, they
+  // would pull the groups back while the windows push the members on, without end.
+  if (options_.coarse_edges == CoarseEdges::kCondensed) {
+    thresholds_.dirty = std::numeric_limits<float>::infinity();
+  }
 }
 
 template <typename G>

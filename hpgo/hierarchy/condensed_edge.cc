@@ -51,6 +51,31 @@ void AddEdges(const Hierarchy<G>& hierarchy, int l, LocalGraph<G>* graph) {
   }
 }
 
+// Composes the poses along the edges from the node `held` on, so that the optimum does not depend
+// on how well the estimate fits; left as they are where a cost without a measurement is in the way.
+template <typename G>
+void ComposeFrom(int held, LocalGraph<G>* graph) {
+  std::vector<G> poses = graph->poses;
+  std::vector<bool> known(poses.size(), false);
+  known[held] = true;
+  std::size_t missing = poses.size() - 1;
+  for (bool found = true; found && missing > 0;) {
+    found = false;
+    for (const auto& edge : graph->edges) {
+      if (known[edge.i] == known[edge.j] || edge.factor.term == nullptr) continue;
+      const G& Z = edge.factor.term->measurement;
+      if (known[edge.i]) {
+        poses[edge.j] = poses[edge.i] * Z;
+      } else {
+        poses[edge.i] = poses[edge.j] * Z.Inverse();
+      }
+      known[edge.i] = known[edge.j] = found = true;
+      --missing;
+    }
+  }
+  if (missing == 0) graph->poses = poses;
+}
+
 // One Gauss-Newton system of the local graph with the node `held` constant.
 template <typename G>
 bool Linearize(const LocalGraph<G>& graph, int held, Eigen::MatrixXd* H, Eigen::VectorXd* g) {
@@ -98,6 +123,8 @@ CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
   AddEdges(hierarchy, l, &graph);
   const G X_held = graph.poses[held];
   const G X_other = T_g_h.Between(graph.poses[other]);  // in the second group's frame
+
+  ComposeFrom(held, &graph);
 
   Eigen::MatrixXd H;
   Eigen::VectorXd g;
