@@ -37,7 +37,7 @@ struct OptimizerOptions {
   int window_iterations = 1;  // of a window's solve, and of the top's
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
   double stress_threshold = 5e-4;
-  int max_examined = 16;  // C: pending edges examined in one search for work
+  int max_examined = 300;  // C: edges looked at in one search for work
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
   Mode mode = Mode::kPartial;
   // --- These change the speed only, up to rounding.

@@ -19,13 +19,14 @@ StressThresholds StressThresholds::FromMean(double mean_chi2, double relative) {
 }
 
 template <typename G>
-double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy) {
+double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy, int* looked_at) {
   Level<G>& level = hierarchy->mutable_level(l);
   if (level.nodes[n].fixed > 0) return 0;
   ceres_costs::QuadraticModel<G> sum, model, moved;
-  int looked_at = 0;
+  int count = 0;
   ForEachEdge(level, n, [&](Index e, Index other) {
-    if (++looked_at > max_edges) return;
+    if (count >= max_edges) return;
+    ++count;
     const LevelEdge& edge = level.edges[e];
     if (l > 0 && !edge.merged) hierarchy->Merge(l, e);
     const G Y = hierarchy->RelativePose(l, edge.node[0], edge.node[1]);
@@ -39,6 +40,7 @@ double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy) {
       sum.b -= moved.b;
     }
   });
+  if (looked_at != nullptr) *looked_at += count;
   return sum.b.dot(SolveSemiDefinite<G>(sum.A, sum.b));
 }
 
@@ -76,6 +78,7 @@ FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds&
                    Hierarchy<G>* hierarchy) {
   FoundWork work;
   Level<G>& level = hierarchy->mutable_level(l);
+  const std::uint32_t calm = hierarchy->NewStamp();  // nodes that this search has looked at
   while (work.examined < max_edges && !level.pending.empty()) {
     const Index e = level.pending.Largest();
     const float pending = level.edges[e].pending;
@@ -85,8 +88,9 @@ FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds&
     hierarchy->SetPending(l, e, 0, thresholds.pending);
     for (int side = 0; side < 2; ++side) {
       const Index end = work.ends[side] = level.edges[e].node[side];
-      if (end == kNone || work.found) continue;
-      work.found = NodeStress(l, end, max_degree, hierarchy) > thresholds.tau;
+      if (end == kNone || work.found || level.nodes[end].stamp == calm) continue;
+      level.nodes[end].stamp = calm;
+      work.found = NodeStress(l, end, max_degree, hierarchy, &work.examined) > thresholds.tau;
     }
     if (work.found) break;
   }
@@ -100,7 +104,7 @@ double LargestPending(int l, const Hierarchy<G>& hierarchy) {
 }
 
 #define HPGO_INSTANTIATE(G)                                                             \
-  template double NodeStress(int, Index, int, Hierarchy<G>*);                           \
+  template double NodeStress(int, Index, int, Hierarchy<G>*, int*);                     \
   template void AddPending(int, Index, double, const StressThresholds&, Hierarchy<G>*); \
   template void HandDown(int, Index, double, const StressThresholds&, Hierarchy<G>*);   \
   template void TellParent(int, Index, double, const StressThresholds&, Hierarchy<G>*); \

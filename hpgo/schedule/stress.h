@@ -17,9 +17,10 @@ struct StressThresholds {
 };
 
 // The predicted decrease of chi2 when one node moves alone, g' H^-1 g; 0 for a constant node. Looks
-// at no more than `max_edges` of its edges.
+// at no more than `max_edges` of its edges, and adds how many to `looked_at` unless null.
 template <typename G>
-double NodeStress(int l, Index node, int max_edges, Hierarchy<G>* hierarchy);
+double NodeStress(int l, Index node, int max_edges, Hierarchy<G>* hierarchy,
+                  int* looked_at = nullptr);
 
 // Adds to an edge's pending.
 template <typename G>
@@ -40,11 +41,12 @@ void TellParent(int l, Index edge, double amount, const StressThresholds& thresh
 struct FoundWork {
   bool found = false;
   Index ends[2] = {kNone, kNone};  // where the window starts
-  int examined = 0;
+  int examined = 0;                // edges: pending ones, and those of their ends
 };
 
-// Examines the most pending edges of a level, at most `max_edges` of them: each hands its pending
-// down and is done with, until one has an end under more stress than tau.
+// Examines the most pending edges of a level: each hands its pending down and is done with, until
+// one has an end under more stress than tau. Begins with no further one after `max_edges` edges, of
+// a single node at most `max_degree`.
 template <typename G>
 FoundWork FindWork(int l, int max_edges, int max_degree, const StressThresholds& thresholds,
                    Hierarchy<G>* hierarchy);

@@ -84,7 +84,7 @@ class Sequence {
     options.window_nodes = Chance(0.5) ? 100 : 8 + Below(15);
     options.window_edges = Chance(0.7) ? 1000 : 20 + Below(50);
     options.max_windows = 1 + Below(6);
-    options.max_examined = Chance(0.7) ? 16 : 1 + Below(4);
+    options.max_examined = Chance(0.7) ? 300 : 1 + Below(4);
     options.max_merges = Chance(0.8) ? 2000 : 1 + Below(10);
     options.engine = Chance(0.2) ? Engine::kCeres : Engine::kBlock;
     return options;
