@@ -43,15 +43,8 @@ Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
     extras_[e] = {data.custom, data.offset};
   }
   Lift(0, e);
-  // A node alone in its group may still join another (Algorithm 1): its first edges came late.
-  if (num_levels() > 1 && i != kNone) {
-    for (const Index end : {i, j}) {
-      const Index group = level.nodes[end].parent;
-      if (group != kNone && levels_[1]->nodes[group].num_children == 1) {
-        unassigned_.push_back({0, end});
-      }
-    }
-  }
+  RetryIfAlone(0, i);
+  RetryIfAlone(0, j);
   return e;
 }
 

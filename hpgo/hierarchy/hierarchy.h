@@ -134,6 +134,9 @@ class Hierarchy {
   void Detach(int l, Index node);
   void DetachAndForget(int l, Index node);
   void AssignGroup(int l, Index node);
+  // Queues a node that is alone in its group and has a new neighbour: it may join another now
+  // (Algorithm 1 moves no node out of a larger group).
+  void RetryIfAlone(int l, Index node);
   void MarkAncestorsDirty(int l, Index edge);
   void AddFixed(int l, Index node, int delta);
   Index FindEdge(int l, Index i, Index j) const;

@@ -140,6 +140,8 @@ void Hierarchy<G>::Lift(int l, Index e) {
   if (f == kNone) {
     f = LinkEdge(l + 1, p, q, 0);
     Lift(l + 1, f);
+    RetryIfAlone(l + 1, p);
+    RetryIfAlone(l + 1, q);
   }
   LevelEdge& parent = levels_[l + 1]->edges[f];
   edge.parent = f;
@@ -305,6 +307,15 @@ void Hierarchy<G>::AssignGroup(int l, Index n) {
 }
 
 template <typename G>
+void Hierarchy<G>::RetryIfAlone(int l, Index n) {
+  if (n == kNone || l + 1 >= num_levels()) return;
+  const Index group = levels_[l]->nodes[n].parent;
+  if (group != kNone && levels_[l + 1]->nodes[group].num_children == 1) {
+    unassigned_.push_back({l, n});
+  }
+}
+
+template <typename G>
 bool Hierarchy<G>::SplitGroup(int l, Index group) {
   if (l >= num_levels() || !levels_[l]->nodes[group].alive) return false;
   const Level<G>& below = *levels_[l - 1];
@@ -343,8 +354,10 @@ template <typename G>
 void Hierarchy<G>::AddLevel() {
   levels_.push_back(std::make_unique<Level<G>>());
   const int l = num_levels() - 2;
-  for (Index n = 0; n < static_cast<Index>(levels_[l]->nodes.size()); ++n) {
-    if (levels_[l]->nodes[n].alive) AssignGroup(l, n);
+  for (int pass = 0; pass < 2; ++pass) {  // the second for those that the first left alone
+    for (Index n = 0; n < static_cast<Index>(levels_[l]->nodes.size()); ++n) {
+      if (levels_[l]->nodes[n].alive) AssignGroup(l, n);
+    }
   }
 }
 
