@@ -18,7 +18,8 @@ S NormalizeAngle(const S& angle) {
 
 // A rigid transform of the plane, T_a_b: p_a = R(theta) p_b + t.
 //
-// Storage, and the layout of a Ceres parameter block: x y theta (as in g2o files).
+// Storage, and the layout of a Ceres parameter block: x y theta (as in g2o files); behind them the
+// cosine and sine of theta, which products get without trigonometry and Normalized() computes anew.
 // Tangent order: translation first, then rotation.
 // Perturbation: on the right. The retraction is Retract(d) = (t + R d_trans, theta + d_rot), which
 // agrees to first order with T * Exp(d).
@@ -30,43 +31,43 @@ class SE2T {
   static constexpr int kDim = 2;          // of the space
   static constexpr int kDof = 3;          // of the tangent
   static constexpr int kRotationDof = 1;  // the last entries of the tangent
-  static constexpr int kParams = 3;       // of the storage
+  static constexpr int kParams = 3;       // of data()
   using Vector = Eigen::Matrix<S, kDim, 1>;
   using RotationMatrix = Eigen::Matrix<S, kDim, kDim>;
   using Tangent = Eigen::Matrix<S, kDof, 1>;
   using Matrix = Eigen::Matrix<S, kDof, kDof>;
 
-  SE2T() : data_{S(0), S(0), S(0)} {}
-  SE2T(const S& x, const S& y, const S& theta) : data_{x, y, theta} {}
-  explicit SE2T(const S* params) : data_{params[0], params[1], params[2]} {}
+  SE2T() : data_{S(0), S(0), S(0)}, cos_(1), sin_(0) {}
+  SE2T(const S& x, const S& y, const S& theta) : data_{x, y, theta} {
+    using std::cos;
+    using std::sin;
+    cos_ = cos(theta);
+    sin_ = sin(theta);
+  }
+  explicit SE2T(const S* params) : SE2T(params[0], params[1], params[2]) {}
 
   const S* data() const { return data_; }
-  S* data() { return data_; }
   Eigen::Map<const Vector> translation() const { return Eigen::Map<const Vector>(data_); }
   Eigen::Map<Vector> translation() { return Eigen::Map<Vector>(data_); }
   const S& angle() const { return data_[2]; }
   RotationMatrix matrix() const {
-    using std::cos;
-    using std::sin;
-    const S c = cos(data_[2]), s = sin(data_[2]);
     RotationMatrix r;
-    r << c, -s, s, c;
+    r << cos_, -sin_, sin_, cos_;
     return r;
   }
 
   SE2T operator*(const SE2T& o) const {
-    const Vector t = *this * Vector(o.translation());
-    return SE2T(t(0), t(1), NormalizeAngle(data_[2] + o.data_[2]));
+    return SE2T(*this * Vector(o.translation()), data_[2] + o.data_[2],
+                cos_ * o.cos_ - sin_ * o.sin_, sin_ * o.cos_ + cos_ * o.sin_);
   }
   Vector operator*(const Vector& p) const { return matrix() * p + translation(); }
   SE2T Inverse() const {
-    const Vector t = -(matrix().transpose() * translation());
-    return SE2T(t(0), t(1), NormalizeAngle(-data_[2]));
+    return SE2T(-(matrix().transpose() * translation()), -data_[2], cos_, -sin_);
   }
   // *this^-1 * o.
   SE2T Between(const SE2T& o) const {
-    const Vector t = matrix().transpose() * (o.translation() - translation());
-    return SE2T(t(0), t(1), NormalizeAngle(o.data_[2] - data_[2]));
+    return SE2T(matrix().transpose() * (o.translation() - translation()), o.data_[2] - data_[2],
+                cos_ * o.cos_ + sin_ * o.sin_, cos_ * o.sin_ - sin_ * o.cos_);
   }
   SE2T Normalized() const { return SE2T(data_[0], data_[1], NormalizeAngle(data_[2])); }
 
@@ -101,7 +102,7 @@ class SE2T {
     m(1, 2) = -data_[0];
     return m;
   }
-  // Ad(T^-1), for the price of one matrix().
+  // Ad(T^-1).
   Matrix InverseAdjoint() const {
     Matrix m = Matrix::Identity();
     m.template topLeftCorner<2, 2>() = matrix().transpose();
@@ -131,7 +132,11 @@ class SE2T {
     }
   }
 
+  SE2T(const Vector& t, const S& theta, const S& cos_theta, const S& sin_theta)
+      : data_{t(0), t(1), NormalizeAngle(theta)}, cos_(cos_theta), sin_(sin_theta) {}
+
   S data_[kParams];
+  S cos_, sin_;
 };
 
 using SE2 = SE2T<double>;

@@ -32,11 +32,12 @@ SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
 SE2 Deviation(const SE2::Tangent& d, SE2::Matrix* J_inverse) {
   // Beyond this angle the error is about to wrap.
   const double angle = std::clamp(d(2), -2.5, 2.5);
-  const Eigen::Matrix2d R = SE2(0, 0, angle).matrix();
+  SE2 E(0, 0, angle);
+  const Eigen::Matrix2d R = E.matrix();
   J_inverse->setIdentity();
   J_inverse->topLeftCorner<2, 2>() = R.transpose();
-  const Eigen::Vector2d t = R * d.head<2>();
-  return SE2(t(0), t(1), angle);
+  E.translation() = R * d.head<2>();
+  return E;
 }
 
 }  // namespace

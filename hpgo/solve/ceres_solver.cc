@@ -1,9 +1,11 @@
 #include "hpgo/solve/ceres_solver.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <deque>
 #include <string>
+#include <vector>
 
 #include "ceres/iteration_callback.h"
 #include "ceres/problem.h"
@@ -99,18 +101,25 @@ class CeresSolver final : public SubproblemSolver<G> {
       ceres::Solver::Summary ceres_summary;
       ceres::Solve(ceres_options, &ceres_problem, &ceres_summary);
       Summarize(ceres_summary, watch.cancelled(), &summary);
+      if (summary.final_cost < summary.initial_cost) {
+        for (int k = 0; k < problem->num_free; ++k) problem->poses[k] = G(Parameters(k));
+      }
     }
     summary.seconds = SecondsSince(begin);
     return summary;
   }
 
  private:
+  double* Parameters(int k) { return &parameters_[static_cast<std::size_t>(k) * G::kParams]; }
+
   Status Build(Subproblem<G>* problem, ceres::Problem* ceres_problem) {
     relative_used_ = prior_used_ = 0;
     adapters_.clear();
     const int size = static_cast<int>(problem->poses.size());
+    parameters_.resize(problem->poses.size() * G::kParams);
     for (int k = 0; k < size; ++k) {
-      double* pose = problem->poses[k].data();
+      double* pose = Parameters(k);
+      std::copy_n(problem->poses[k].data(), G::kParams, pose);
       ceres_problem->AddParameterBlock(pose, G::kParams, &manifold_);
       if (k >= problem->num_free) ceres_problem->SetParameterBlockConstant(pose);
     }
@@ -125,11 +134,11 @@ class CeresSolver final : public SubproblemSolver<G> {
                                           : ": the cost's parameter blocks are not these poses"));
       }
       auto* loss = const_cast<ceres::LossFunction*>(factor.loss);  // Ceres only evaluates it
-      double* pose_j = problem->poses[factor.j].data();
+      double* pose_j = Parameters(factor.j);
       if (factor.i == kWorldFrame) {
         ceres_problem->AddResidualBlock(cost, loss, pose_j);
       } else {
-        ceres_problem->AddResidualBlock(cost, loss, problem->poses[factor.i].data(), pose_j);
+        ceres_problem->AddResidualBlock(cost, loss, Parameters(factor.i), pose_j);
       }
     }
     return Status::Ok();
@@ -176,6 +185,7 @@ class CeresSolver final : public SubproblemSolver<G> {
   }
 
   ceres_costs::LocalPoseManifold<G> manifold_;
+  std::vector<double> parameters_;  // of all poses
   // Deques: the problem holds pointers into them.
   std::deque<ceres_costs::RelativePoseCost<G>> relatives_;
   std::deque<ceres_costs::PriorCost<G>> priors_;

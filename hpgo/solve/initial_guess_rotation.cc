@@ -19,7 +19,8 @@ Eigen::Matrix<double, d, d> NearestRotation(const Eigen::Matrix<double, d, d>& m
 }
 
 void SetRotation(const Eigen::Matrix2d& rotation, ceres_costs::SE2* pose) {
-  pose->data()[2] = std::atan2(rotation(1, 0), rotation(0, 0));
+  const auto t = pose->translation();
+  *pose = ceres_costs::SE2(t(0), t(1), std::atan2(rotation(1, 0), rotation(0, 0)));
 }
 void SetRotation(const Eigen::Matrix3d& rotation, ceres_costs::SE3* pose) {
   pose->rotation() = Eigen::Quaterniond(rotation);

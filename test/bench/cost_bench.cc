@@ -1,5 +1,7 @@
 // Evaluations of costs: analytic and automatic, by the tangent and by the stored parameters.
 //   cost_bench --benchmark_filter=SE3
+#include <algorithm>
+#include <array>
 #include <memory>
 #include <random>
 #include <string>
@@ -111,15 +113,16 @@ template <typename G, DiffMethod method, JacobianKind kind, ErrorConvention conv
 void Problem(benchmark::State& state) {
   Sample<G> sample = MakeSample<G>();
   ceres::Problem problem;
-  for (G& pose : sample.poses) {
-    problem.AddParameterBlock(pose.data(), G::kParams, MakePoseManifold<G>(kind).release());
+  std::vector<std::array<double, G::kParams>> poses(sample.poses.size());
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    std::copy_n(sample.poses[k].data(), G::kParams, poses[k].data());
+    problem.AddParameterBlock(poses[k].data(), G::kParams, MakePoseManifold<G>(kind).release());
   }
   for (int k = 0; k < kCosts; ++k) {
     std::string error;
     auto cost = MakeRelativePoseCost(sample.terms[k], convention, method, kind, &error);
     if (cost == nullptr) return state.SkipWithError(error.c_str());
-    problem.AddResidualBlock(cost.release(), nullptr, sample.poses[2 * k].data(),
-                             sample.poses[2 * k + 1].data());
+    problem.AddResidualBlock(cost.release(), nullptr, poses[2 * k].data(), poses[2 * k + 1].data());
   }
   std::vector<double> residuals(G::kDof * kCosts), gradient(2 * G::kDof * kCosts);
   for (auto _ : state) {

@@ -1,5 +1,8 @@
 #include "ceres_costs/manifolds.h"
 
+#include <algorithm>
+#include <array>
+
 #include "ceres/problem.h"
 #include "ceres/solver.h"
 #include "ceres_costs/relative_pose_cost.h"
@@ -18,9 +21,9 @@ using Stored = Eigen::Map<const Eigen::Matrix<double, G::kParams, 1>>;
 
 template <typename G>
 G Plus(const ceres::Manifold& manifold, const G& x, const typename G::Tangent& d) {
-  G y;
-  EXPECT_TRUE(manifold.Plus(x.data(), d.data(), y.data()));
-  return y;
+  double y[G::kParams];
+  EXPECT_TRUE(manifold.Plus(x.data(), d.data(), y));
+  return G(y);
 }
 template <typename G>
 typename G::Tangent Minus(const ceres::Manifold& manifold, const G& y, const G& x) {
@@ -83,9 +86,7 @@ TYPED_TEST(ManifoldTest, MinusJacobianAgreesWithNumericDifferentiation) {
     ASSERT_TRUE(manifold.MinusJacobian(x.data(), M.data()));
     const double h = 1e-5;
     for (int k = 0; k < G::kParams; ++k) {
-      G a = x, b = x;
-      a.data()[k] += h;
-      b.data()[k] -= h;
+      const G a = WithParameter(x, k, x.data()[k] + h), b = WithParameter(x, k, x.data()[k] - h);
       // Minus is defined on the manifold: a quaternion off unit norm counts as its direction.
       const typename G::Tangent numeric =
           (Minus(manifold, a.Normalized(), x) - Minus(manifold, b.Normalized(), x)) / (2 * h);
@@ -136,17 +137,18 @@ TYPED_TEST(ManifoldTest, SolvesAreEqualOnBothManifolds) {
   }
   const std::pair<int, int> ends[] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {1, 3}};
   const auto solve = [&](JacobianKind kind, DiffMethod method, std::vector<G>* poses) {
-    poses->assign(4, G());
+    std::array<std::array<double, G::kParams>, 4> x;
     ceres::Problem problem;
-    for (G& pose : *poses) {
+    for (auto& pose : x) {
+      std::copy_n(G().data(), G::kParams, pose.data());
       problem.AddParameterBlock(pose.data(), G::kParams, MakePoseManifold<G>(kind).release());
     }
-    problem.SetParameterBlockConstant(poses->front().data());
+    problem.SetParameterBlockConstant(x.front().data());
     for (int k = 0; k < 5; ++k) {
       std::string error;
       auto cost = MakeRelativePoseCost(terms[k], ErrorConvention::kG2o, method, kind, &error);
-      problem.AddResidualBlock(cost.release(), nullptr, (*poses)[ends[k].first].data(),
-                               (*poses)[ends[k].second].data());
+      problem.AddResidualBlock(cost.release(), nullptr, x[ends[k].first].data(),
+                               x[ends[k].second].data());
     }
     ceres::Solver::Options options;
     options.linear_solver_type = ceres::DENSE_QR;
@@ -156,6 +158,8 @@ TYPED_TEST(ManifoldTest, SolvesAreEqualOnBothManifolds) {
     ceres::Solve(options, &problem, &summary);
     EXPECT_TRUE(summary.IsSolutionUsable()) << summary.BriefReport();
     EXPECT_LT(summary.final_cost, 0.9 * summary.initial_cost);
+    poses->clear();
+    for (const auto& pose : x) poses->push_back(G(pose.data()));
     return summary.final_cost;
   };
   std::vector<G> reference, poses;

@@ -231,8 +231,7 @@ TYPED_TEST(RelativePoseCostTest, ResetMakesItAnotherMeasurement) {
 
 TYPED_TEST(RelativePoseCostTest, NanInAPoseReachesTheResiduals) {
   using G = TypeParam;
-  G bad;
-  bad.data()[G::kParams - 1] = std::nan("");
+  const G bad = WithParameter(G(), G::kParams - 1, std::nan(""));
   const auto cost = MakeCost(MakeTerm<G>(G(), G::Matrix::Identity()), ErrorConvention::kG2o,
                              DiffMethod::kAnalytic, JacobianKind::kLocal);
   EXPECT_TRUE(std::isnan(Residuals<G>(*cost, {G(), bad}).norm()));

@@ -36,6 +36,15 @@ testing::AssertionResult IsNear(const Eigen::MatrixBase<A>& a, const Eigen::Matr
   return testing::AssertionSuccess();
 }
 
+// The pose with one stored parameter replaced.
+template <typename G>
+G WithParameter(const G& pose, int k, double value) {
+  double params[G::kParams];
+  std::copy_n(pose.data(), G::kParams, params);
+  params[k] = value;
+  return G(params);
+}
+
 // The same rigid transform; quaternions of either sign.
 template <typename G>
 testing::AssertionResult IsSamePose(const G& a, const G& b, double tolerance) {

@@ -87,7 +87,7 @@ TYPED_TEST(PoseGraphTest, PriorsNeedANodeOfTheGraph) {
 TYPED_TEST(PoseGraphTest, CopiesAreIndependent) {
   const auto original = MakeGraph<TypeParam>({1, 2}, {{0, 1}});
   auto copy = original;
-  copy.node(0).pose.data()[0] = 5;
+  copy.node(0).pose.translation()(0) = 5;
   GraphNode<TypeParam> node;
   node.id = 9;
   ASSERT_TRUE(copy.AddNode(node).ok());

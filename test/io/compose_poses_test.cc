@@ -66,7 +66,7 @@ TYPED_TEST(ComposePosesTest, FillsOnlyWhatIsMissing) {
   b.Edge(0, 1);
   b.Edge(1, 2);
   b.graph.node(1).has_pose = true;
-  b.graph.node(1).pose.data()[0] = 10;
+  b.graph.node(1).pose.translation()(0) = 10;
   EXPECT_EQ(ComposeMissingPoses(&b.graph), 2);
   EXPECT_DOUBLE_EQ(b.X(0), 9);
   EXPECT_DOUBLE_EQ(b.X(1), 10);

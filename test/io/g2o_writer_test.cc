@@ -115,9 +115,9 @@ class RandomGraph {
 
   template <typename G>
   G Pose() {
-    G pose;
-    for (int k = 0; k < G::kParams; ++k) pose.data()[k] = Value();
-    return pose.Normalized();
+    double params[G::kParams];
+    for (double& param : params) param = Value();
+    return G(params).Normalized();
   }
 
   template <typename G>
@@ -163,7 +163,7 @@ TYPED_TEST(G2oWriterTest, RejectsWhatCouldNotBeReadAgain) {
   PoseGraph<TypeParam> graph;
   GraphNode<TypeParam> node;
   for (node.id = 3; node.id < 5; ++node.id) ASSERT_TRUE(graph.AddNode(node).ok());
-  graph.node(1).pose.data()[0] = std::numeric_limits<double>::quiet_NaN();
+  graph.node(1).pose.translation()(0) = std::numeric_limits<double>::quiet_NaN();
   Status status = WriteG2o(graph, path);
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(status.message(), "node 4: its pose is not finite");

@@ -36,12 +36,12 @@ class ErrorsTest : public testing::Test {
 
   static G Step() {
     G step;
-    step.data()[0] = 1;
+    step.translation()(0) = 1;
     return step;
   }
   static G BadPose() {
     G pose;
-    pose.data()[1] = std::nan("");
+    pose.translation()(1) = std::nan("");
     return pose;
   }
   static void ExpectError(const Status& status, StatusCode code, const std::string& message) {

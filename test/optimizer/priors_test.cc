@@ -113,8 +113,8 @@ TYPED_TEST(PriorsTest, AnAttitudeMovesNoPosition) {
 // Map coordinates of millions of metres need no shift of the origin.
 TYPED_TEST(PriorsTest, FarFromTheOrigin) {
   TypeParam utm;
-  utm.data()[0] = 5.1e5;
-  utm.data()[1] = 5.4e6;
+  utm.translation()(0) = 5.1e5;
+  utm.translation()(1) = 5.4e6;
   this->Build(RandomPose<TypeParam>(&this->rng_, 3, 0.5));
   for (int k = 0; k < 10; k += 2) {
     const typename TypeParam::Matrix information = this->PositionOnly().asDiagonal();

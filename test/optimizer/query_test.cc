@@ -54,7 +54,7 @@ TYPED_TEST(QueryTest, ErrorsAreWithoutTheLossAndTheCostWithIt) {
   ASSERT_TRUE(optimizer.AddNode(1, TypeParam()).ok());
   ASSERT_TRUE(optimizer.AddNode(2, TypeParam()).ok());
   TypeParam measurement;
-  measurement.data()[0] = 10;
+  measurement.translation()(0) = 10;
   const auto loss = std::make_shared<ceres::HuberLoss>(1);
   const typename TypeParam::Matrix I = TypeParam::Matrix::Identity();
   ASSERT_TRUE(optimizer.AddEdge(1, 2, measurement, I, loss).ok());
@@ -125,9 +125,9 @@ TYPED_TEST(QueryTest, GroupsCarryTheirMembers) {
   const auto group = *optimizer.GetGroup(1029, top);
   const TypeParam before = *optimizer.GetPose(1029);
   // Turn the anchored end: the other end follows as a whole.
-  TypeParam turned = *optimizer.GetPose(1000);
-  turned.data()[TypeParam::kDim] += 0.1;
-  ASSERT_TRUE(optimizer.SetPose(1000, turned.Normalized()).ok());
+  typename TypeParam::Tangent turn = TypeParam::Tangent::Zero();
+  turn(TypeParam::kDof - 1) = 0.2;
+  ASSERT_TRUE(optimizer.SetPose(1000, optimizer.GetPose(1000)->Retract(turn)).ok());
   EXPECT_TRUE(optimizer.Optimize(Mode::kTop).status.ok());
   const TypeParam after = optimizer.GetGroup(1029, top)->pose;
   EXPECT_LT(

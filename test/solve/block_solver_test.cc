@@ -371,7 +371,7 @@ TYPED_TEST(BlockSolverTest, AStartThatIsNotFiniteIsRefused) {
   for (const double bad : {std::nan(""), std::numeric_limits<double>::infinity()}) {
     for (const int node : {0, 3, 6}) {  // the last one is constant
       Problem<G> problem(MakeKnownGraph<G>(7, 0.1, 8).graph);
-      problem.subproblem.poses[node].data()[1] = bad;
+      problem.subproblem.poses[node].translation()(1) = bad;
       const std::vector<G> before = problem.subproblem.poses;
       const SubproblemSummary summary = this->solver_->Solve(ToConvergence(), &problem.subproblem);
       EXPECT_EQ(summary.status.code(), StatusCode::kNoSolution);

@@ -427,10 +427,10 @@ TYPED_TEST(FullSolveTest, UnusableValuesAreNamedAndNothingChanges) {
     return report.status.message();
   };
   PoseGraph<TypeParam> graph = good;
-  graph.node(2).pose.data()[1] = nan;
+  graph.node(2).pose.translation()(1) = nan;
   EXPECT_EQ(message(graph), "node 102: the pose is not finite");
   graph = good;
-  graph.edge(1).measurement.data()[0] = std::numeric_limits<double>::infinity();
+  graph.edge(1).measurement.translation()(0) = std::numeric_limits<double>::infinity();
   EXPECT_EQ(message(graph), "edge 101 -> 102: the measurement is not finite");
   graph = good;
   graph.edge(3).information(1, 1) = nan;
@@ -448,7 +448,7 @@ TYPED_TEST(FullSolveTest, UnusableValuesAreNamedAndNothingChanges) {
   graph = good;
   GraphPrior<TypeParam> prior;
   prior.node = 4;
-  prior.offset.data()[0] = nan;
+  prior.offset.translation()(0) = nan;
   ASSERT_TRUE(graph.AddPrior(prior).ok());
   EXPECT_EQ(message(graph), "prior of node 104: the offset is not finite");
 }

@@ -130,7 +130,7 @@ TYPED_TEST(MarginalTest, AnUnmeasuredDirectionHasNone) {
 TYPED_TEST(MarginalTest, AnEstimateThatIsNotFiniteHasNone) {
   using G = TypeParam;
   Problem<G> problem(MakeKnownGraph<G>(10, 0.05, 9).graph);
-  problem.subproblem.poses[2].data()[0] = std::nan("");
+  problem.subproblem.poses[2].translation()(0) = std::nan("");
   const Result<typename G::Matrix> covariance = MarginalCovariance(problem.subproblem, 4);
   ASSERT_FALSE(covariance.ok());
   EXPECT_EQ(covariance.status().code(), StatusCode::kNoSolution);
