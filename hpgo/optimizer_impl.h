@@ -114,6 +114,7 @@ class Optimizer<G>::Impl {
   void RecordChanges(const SubproblemSummary& summary);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;
+  WindowLimits NextWindow() const;
 
   OptimizerOptions options_;
   Hierarchy<G> hierarchy_;
@@ -145,6 +146,10 @@ class Optimizer<G>::Impl {
   std::vector<std::vector<Index>> seeds_;  // by level: the ancestors of the new edges' ends
   std::vector<bool> had_window_;           // by level
   const UpdateLimits* limits_ = nullptr;
+  Clock::time_point started_;
+  bool refining_ = false;
+  double largest_scale_ = 1;     // of windows, over the options' size
+  double seconds_per_edge_ = 0;  // of recent windows; 0: none yet
 };
 
 }  // namespace hpgo

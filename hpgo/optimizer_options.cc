@@ -1,5 +1,7 @@
 #include "hpgo/optimizer_options.h"
 
+#include <limits>
+
 namespace hpgo {
 
 OptimizerOptions OptimizerOptions::Fast() {
@@ -15,6 +17,7 @@ OptimizerOptions OptimizerOptions::Eager() {
   OptimizerOptions options;
   options.schedule = Schedule::kNewEdges;
   options.max_top_nodes = 300;
+  options.max_top_edges = std::numeric_limits<int>::max();
   return options;
 }
 
@@ -43,8 +46,8 @@ Status OptimizerOptions::Validate() const {
   };
   for (const Status& status :
        {at_least("max_group_size", max_group_size, 2), at_least("max_top_nodes", max_top_nodes, 2),
-        at_least("window_nodes", window_nodes, 1), at_least("window_edges", window_edges, 1),
-        at_least("max_windows", max_windows, 1),
+        at_least("max_top_edges", max_top_edges, 1), at_least("window_nodes", window_nodes, 1),
+        at_least("window_edges", window_edges, 1), at_least("max_windows", max_windows, 1),
         at_least("window_iterations", window_iterations, 1),
         at_least("max_examined", max_examined, 1), at_least("max_merges", max_merges, 1)}) {
     if (!status.ok()) return status;

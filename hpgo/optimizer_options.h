@@ -27,8 +27,9 @@ enum class Schedule {
 
 struct OptimizerOptions {
   // --- These change the result.
-  int max_group_size = 3;   // K
-  int max_top_nodes = 150;  // T: a larger top gets a new level. Larger: better, slower closures
+  int max_group_size = 3;    // K
+  int max_top_nodes = 150;   // T: a larger top gets a new level. Larger: better, slower closures
+  int max_top_edges = 1500;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   Schedule schedule = Schedule::kStress;
   int window_nodes = 200;     // P: free nodes of a window

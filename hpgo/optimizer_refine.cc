@@ -76,7 +76,9 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   do {
     UpdateLimits left = limits;
     if (limits.max_seconds > 0) left.max_seconds = limits.max_seconds - elapsed();
+    refining_ = true;
     const UpdateReport step = Step(Mode::kPartial, left);
+    refining_ = false;
     Accumulate(step, &sum);
     if (!step.status.ok()) break;
     sum.at_rest = step.at_rest;

@@ -12,6 +12,10 @@
 namespace hpgo {
 namespace {
 
+double Seconds(std::chrono::steady_clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
 // About half the angle of a small rotation.
 double HalfRotation(const SE2& T) { return 0.5 * std::abs(T.angle()); }
 double HalfRotation(const SE3& T) { return T.rotation().vec().norm(); }
@@ -26,7 +30,7 @@ class Optimizer<G>::Impl::Stopwatch {
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;
   ~Stopwatch() { *total_ += Elapsed(); }
-  double Elapsed() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+  double Elapsed() const { return Seconds(Clock::now() - start_); }
 
  private:
   double* total_;
@@ -36,8 +40,8 @@ class Optimizer<G>::Impl::Stopwatch {
 template <typename G>
 Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
     : options_(options),
-      hierarchy_({options.max_group_size, options.max_top_nodes, options.coarse_edges,
-                  options.convention}),
+      hierarchy_({options.max_group_size, options.max_top_nodes, options.max_top_edges,
+                  options.coarse_edges, options.convention}),
       solver_(MakeSolver<G>(options.engine)) {}
 
 template <typename G>
@@ -183,7 +187,8 @@ void Optimizer<G>::Impl::MergeDirtyEdges() {
 template <typename G>
 bool Optimizer<G>::Impl::TopIsSmall() const {
   // Larger only where many components keep the top from shrinking.
-  return hierarchy_.level(hierarchy_.num_levels() - 1).num_nodes <= 2 * options_.max_top_nodes;
+  const Level<G>& top = hierarchy_.level(hierarchy_.num_levels() - 1);
+  return top.num_nodes / 2 <= options_.max_top_nodes && top.num_edges / 2 <= options_.max_top_edges;
 }
 
 template <typename G>
@@ -195,11 +200,13 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 // Solves the window and takes the result if the cost has fallen.
 template <typename G>
 bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
+  constexpr double kLargestScale = 10, kScaleGrowth = 1.5;
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   if (limits_ != nullptr) options.cancel = limits_->cancel;
   const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
   report_.solved_nodes += window_.subproblem().num_free;
+  largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
@@ -282,6 +289,7 @@ void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
 // Finds work on a level and does it; false if there is none.
 template <typename G>
 bool Optimizer<G>::Impl::ServeStressed(int l) {
+  constexpr double kNewShare = 0.2;
   FoundWork work;
   {
     const Stopwatch watch(&report_.examine_seconds);
@@ -308,15 +316,37 @@ bool Optimizer<G>::Impl::ServeStressed(int l) {
   if (near && !had_window_[l]) seeds.insert(seeds.end(), fresh.begin(), fresh.end());
   had_window_[l] = true;
   ++report_.windows;
-  if (window_.Build(l, seeds, {options_.window_nodes, options_.window_edges}, &hierarchy_)) {
+  if (window_.Build(l, seeds, NextWindow(), &hierarchy_)) {
     SolveWindow(options_.window_iterations);
+    const double seconds_per_edge = watch.Elapsed() / static_cast<double>(window_.edges().size());
+    const double share = seconds_per_edge_ > 0 ? kNewShare : 1;
+    seconds_per_edge_ += share * (seconds_per_edge - seconds_per_edge_);
   }
   return true;
 }
 
+// Of the same work, fewer and larger windows carry a correction further: where time is what bounds
+// the work they are as large as a part of it allows, and large where nothing does. One that needed
+// damping is followed by small ones.
+template <typename G>
+WindowLimits Optimizer<G>::Impl::NextWindow() const {
+  constexpr double kShareOfTime = 0.34;
+  double scale = 1;
+  if (limits_->max_seconds > 0) {
+    const double left = limits_->max_seconds - Seconds(Clock::now() - started_);
+    const double seconds = std::min(kShareOfTime * limits_->max_seconds, left);
+    const double usual = seconds_per_edge_ * options_.window_edges;
+    if (usual > 0) scale = std::clamp(seconds / usual, 1., largest_scale_);
+  } else if (refining_) {
+    scale = largest_scale_;
+  }
+  return {static_cast<int>(scale * options_.window_nodes),
+          static_cast<int>(scale * options_.window_edges)};
+}
+
 template <typename G>
 void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unlimited) {
-  const Clock::time_point start = Clock::now();
+  started_ = Clock::now();
   SweepLimits sweep;
   sweep.max_windows = unlimited ? std::numeric_limits<int>::max() : options_.max_windows;
   if (unlimited) sweep.max_windows_per_level = std::numeric_limits<int>::max();
@@ -332,8 +362,11 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   actions.stop = [&] {
     if (limits.cancel != nullptr && *limits.cancel) return true;
-    return limits.max_seconds > 0 &&
-           std::chrono::duration<double>(Clock::now() - start).count() > limits.max_seconds;
+    if (limits.max_seconds <= 0) return false;
+    // One window is made at least: else nothing would ever be done in too short a time.
+    const bool first = report_.windows + report_.top_solves == 0;
+    const double window = first ? 0 : seconds_per_edge_ * options_.window_edges;
+    return Seconds(Clock::now() - started_) + window > limits.max_seconds;
   };
   limits_ = &limits;
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);

@@ -19,6 +19,7 @@ template <typename G>
 Hierarchy<G>::Hierarchy(const HierarchyOptions& options) : options_(options) {
   CHECK_GE(options.max_group_size, 2);
   CHECK_GE(options.max_top_nodes, 2);
+  CHECK_GE(options.max_top_edges, 1);
   levels_.push_back(std::make_unique<Level<G>>());
   losses_.push_back(nullptr);
 }
@@ -86,7 +87,7 @@ void Hierarchy<G>::AssignGroups() {
   // Components cannot be grouped together: where they are many the top stays large, and is tried
   // again only when it has changed by some.
   const auto size_of_top = [this] { return levels_.back()->num_nodes + levels_.back()->num_edges; };
-  while (levels_.back()->num_nodes > options_.max_top_nodes && size_of_top() >= next_new_level_) {
+  while (IsTooLarge(*levels_.back(), 1) && size_of_top() >= next_new_level_) {
     const Index before = levels_.back()->num_nodes;
     AddLevel();
     next_new_level_ = 0;

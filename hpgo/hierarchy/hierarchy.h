@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -20,6 +21,7 @@ enum class CoarseEdges {
 struct HierarchyOptions {
   int max_group_size = 3;   // K; at least 2
   int max_top_nodes = 150;  // T: a larger top gets a new level above it; at least 2
+  int max_top_edges = std::numeric_limits<int>::max();  // so does one with more edges; at least 1
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;  // of level 0
 };
@@ -145,6 +147,7 @@ class Hierarchy {
   void AddLevel();
   void DropTop();
   void DropSmallTop();
+  bool IsTooLarge(const Level<G>& level, int part) const;
 
   HierarchyOptions options_;
   std::uint32_t stamp_ = 0;

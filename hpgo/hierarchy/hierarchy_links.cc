@@ -383,12 +383,17 @@ void Hierarchy<G>::DropTop() {
   levels_.pop_back();
 }
 
+// For a top, by `part` of what one may hold.
+template <typename G>
+bool Hierarchy<G>::IsTooLarge(const Level<G>& level, int part) const {
+  return level.num_nodes > options_.max_top_nodes / part ||
+         level.num_edges > options_.max_top_edges / part;
+}
+
 template <typename G>
 void Hierarchy<G>::DropSmallTop() {
   // Half of T, so that a graph that grows and shrinks does not build and drop levels in turns.
-  while (num_levels() > 1 && levels_[num_levels() - 2]->num_nodes <= options_.max_top_nodes / 2) {
-    DropTop();
-  }
+  while (num_levels() > 1 && !IsTooLarge(*levels_[num_levels() - 2], 2)) DropTop();
 }
 
 template class Hierarchy<ceres_costs::SE2>;
