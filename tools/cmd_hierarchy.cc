@@ -139,6 +139,7 @@ int Run(const std::vector<std::string>& arguments) {
   hpgo::HierarchyOptions options;
   options.max_group_size = FLAGS_max_group_size;
   if (FLAGS_max_top_nodes != 0) options.max_top_nodes = FLAGS_max_top_nodes;
+  if (FLAGS_max_top_edges != 0) options.max_top_edges = FLAGS_max_top_edges;
   if (options.max_group_size < 2) {
     return FailUsage("--max_group_size=" + std::to_string(FLAGS_max_group_size) +
                      ": must be at least 2");
@@ -146,6 +147,10 @@ int Run(const std::vector<std::string>& arguments) {
   if (options.max_top_nodes < 2) {
     return FailUsage("--max_top_nodes=" + std::to_string(FLAGS_max_top_nodes) +
                      ": must be at least 2");
+  }
+  if (options.max_top_edges < 1) {
+    return FailUsage("--max_top_edges=" + std::to_string(FLAGS_max_top_edges) +
+                     ": must be at least 1");
   }
   if (FLAGS_coarse_edges == "condensed") {
     options.coarse_edges = hpgo::CoarseEdges::kCondensed;
@@ -170,8 +175,8 @@ const Command& HierarchyCommand() {
       "Grows the hierarchy of groups over a graph node by node; figures and a picture of it.",
       1,
       1,
-      {"output", "json", "title", "max_group_size", "max_top_nodes", "coarse_edges", "strict",
-       "project_information", "create_missing", "row_major_edge2"},
+      {"output", "json", "title", "max_group_size", "max_top_nodes", "max_top_edges",
+       "coarse_edges", "strict", "project_information", "create_missing", "row_major_edge2"},
       &Run,
       "Prints for each level its size, also relative to the graph, the reduction from the level "
       "below, the\nmodularity of its groups and how many of them have 1, 2, ... members; the time "

@@ -17,6 +17,7 @@
 #include "tools/replay_flags.h"
 #include "tools/replay_report.h"
 #include "tools/replay_run.h"
+#include "tools/signals.h"
 
 namespace hpgo_cli {
 namespace {
@@ -122,6 +123,15 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
     if (!error.ok()) return Fail(error.status());
     figures.reference = *error;
   }
+  if (settings.far_closure > 0 && !figures.result.interrupted) {
+    hpgo::UpdateLimits limits;
+    limits.max_seconds = settings.update_seconds;
+    limits.cancel = &CancelFlag();
+    hpgo::Result<Recovery> recovery =
+        RecoverFromFarClosure(file->graph, settings.far_closure, limits, settings.loss, &optimizer);
+    if (!recovery.ok()) return Fail(recovery.status());
+    figures.recovery = *std::move(recovery);
+  }
   const bool stdout_taken =
       FLAGS_output == "-" || FLAGS_stats_csv == "-" || FLAGS_stats_json == "-";
   PrintReplay(figures, stdout_taken ? Message : Print);
@@ -177,6 +187,7 @@ const Command& ReplayCommand() {
        "error",
        "window_nodes",
        "max_top_nodes",
+       "max_top_edges",
        "max_windows",
        "stress_threshold",
        "update_seconds",
@@ -193,6 +204,7 @@ const Command& ReplayCommand() {
        "measure_mode",
        "measure_updates",
        "refine",
+       "far_closure",
        "reference",
        "plane",
        "strict",

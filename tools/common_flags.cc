@@ -46,6 +46,7 @@ DEFINE_double(max_seconds, kSolve.max_seconds,
 
 DEFINE_int32(max_top_nodes, 0,
              "a top level with more nodes gets another one above it; 0: the default");
+DEFINE_int32(max_top_edges, 0, "so does one with more edges; 0: the default");
 
 DEFINE_string(reference, "", "true poses to compare with: a g2o, TORO, KITTI or TUM file");
 DEFINE_string(plane, "",

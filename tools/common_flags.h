@@ -31,6 +31,7 @@ DECLARE_double(max_seconds);
 
 // The hierarchy; 0: the default.
 DECLARE_int32(max_top_nodes);
+DECLARE_int32(max_top_edges);
 
 // What poses are compared with; seeing 3D poses in 2D (pose_source.h).
 DECLARE_string(reference);

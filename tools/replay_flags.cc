@@ -1,6 +1,7 @@
 #include "tools/replay_flags.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <memory>
 #include <optional>
@@ -44,6 +45,10 @@ DEFINE_string(measure_mode, "",
 DEFINE_int32(measure_updates, kDefaults.measure_updates, "how many those are");
 DEFINE_bool(refine, false,
             "after the last update, work on until nothing is stressed; the gap before and after");
+DEFINE_double(
+    far_closure, kDefaults.far_closure,
+    "at the end, add a loop closure that is off by so much that its chi2 is so many times "
+    "an edge's mean, and show the gap over 100 more updates; 0: none");
 
 namespace hpgo_cli {
 namespace {
@@ -104,6 +109,7 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   }
   if (FLAGS_window_nodes != 0) options.window_nodes = FLAGS_window_nodes;
   if (FLAGS_max_top_nodes != 0) options.max_top_nodes = FLAGS_max_top_nodes;
+  if (FLAGS_max_top_edges != 0) options.max_top_edges = FLAGS_max_top_edges;
   if (FLAGS_max_windows != 0) options.max_windows = FLAGS_max_windows;
   if (FLAGS_stress_threshold >= 0) options.stress_threshold = FLAGS_stress_threshold;
   const hpgo::Status status = options.Validate();
@@ -125,6 +131,7 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
   settings.stats_csv = FLAGS_stats_csv;
   settings.chi2_every = FLAGS_chi2_every;
   settings.refine = FLAGS_refine;
+  settings.far_closure = FLAGS_far_closure;
   char* end = nullptr;
   settings.solve_every = FLAGS_solve_every == "loop"
                              ? 0
@@ -143,6 +150,8 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
     *problem = FlagText("measure_mode") + "must be partial, top or full";
   } else if (FLAGS_measure_updates < 1) {
     *problem = FlagText("measure_updates") + "must be above 0";
+  } else if (!(FLAGS_far_closure >= 0 && std::isfinite(FLAGS_far_closure))) {
+    *problem = FlagText("far_closure") + "must be a number from 0 on";
   } else if (FLAGS_chi2_every < 0) {
     *problem = FlagText("chi2_every") + "must not be negative";
   } else if ((FLAGS_output == "-") + (FLAGS_stats_csv == "-") + (FLAGS_stats_json == "-") > 1) {

@@ -62,6 +62,7 @@ ordered_json SettingsJson(const ReplayFigures& figures) {
           {"window_nodes", options.window_nodes},
           {"window_edges", options.window_edges},
           {"max_top_nodes", options.max_top_nodes},
+          {"max_top_edges", options.max_top_edges},
           {"max_windows", options.max_windows},
           {"stress_threshold", options.stress_threshold},
           {"update_seconds", settings.update_seconds},
@@ -162,6 +163,20 @@ ordered_json ReplayJson(const ReplayFigures& figures) {
     json["reference"] = {{"poses", figures.reference->poses},
                          {"ate_m", figures.reference->ate_m},
                          {"ate_rad", figures.reference->ate_rad}};
+  }
+  if (figures.recovery.has_value()) {
+    const Recovery& recovery = *figures.recovery;
+    ordered_json points = ordered_json::array();
+    for (const RecoveryPoint& point : recovery.points) {
+      points.push_back({{"updates", point.updates}, {"gap_percent", point.gap_percent}});
+    }
+    json["far_closure"] = {{"edge", recovery.edge},
+                           {"offset_m", recovery.offset_m},
+                           {"edge_chi2", recovery.edge_chi2},
+                           {"optimum", recovery.optimum},
+                           {"slowest_ms", recovery.slowest_ms},
+                           {"at_rest", recovery.at_rest},
+                           {"points", points}};
   }
   return json;
 }

@@ -124,6 +124,21 @@ void PrintReplay(const ReplayFigures& figures,
                FormatNumber(figures.reference->ate_rad) + " rad (" +
                Plural(figures.reference->poses, "pose") + ")");
   }
+  if (figures.recovery.has_value()) {
+    const Recovery& recovery = *figures.recovery;
+    print_line("closure " + recovery.edge + ", " + FormatAs("%.3g", recovery.offset_m) +
+               " m off, chi2 " + FormatNumber(recovery.edge_chi2) + ": optimum " +
+               FormatNumber(recovery.optimum) + ", slowest update " +
+               FormatAs("%.3g", recovery.slowest_ms) + " ms" +
+               (recovery.at_rest ? ", at rest" : ""));
+    std::vector<std::string> updates, gaps;
+    for (const RecoveryPoint& point : recovery.points) {
+      updates.push_back(std::to_string(point.updates));
+      gaps.push_back(FormatAs("%.3g", point.gap_percent));
+    }
+    print_line(TableRow("  updates", updates));
+    print_line(TableRow("  gap, %", gaps));
+  }
 }
 
 template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::SE2>&);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "nlohmann/json.hpp"
+#include "tools/replay_recovery.h"
 #include "tools/replay_run.h"
 
 namespace hpgo_cli {
@@ -31,6 +32,7 @@ struct ReplayFigures {
   std::vector<LevelSize> levels;
   double chi2 = 0, cost = 0;  // at the end
   std::optional<ReferenceError> reference;
+  std::optional<Recovery> recovery;
 };
 
 inline constexpr double kMegabyte = 1e6;

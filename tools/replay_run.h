@@ -29,6 +29,7 @@ struct ReplaySettings {
   int chi2_every = 0;              // updates between two values of chi2 there; 0: none
   std::vector<double> compare_at;  // percent of the nodes, ascending
   bool refine = false;             // to rest, after the last update
+  double far_closure = 0;          // see RecoverFromFarClosure; 0: none
 };
 
 struct RefineResult {
