@@ -191,6 +191,27 @@ TYPED_TEST(RegressionTest, AWholeGraphMayBeAddedAtOnce) {
   EXPECT_LT(Gap(optimizer), 1e-6);
 }
 
+// Under a time limit the windows are as large as it allows.
+TYPED_TEST(RegressionTest, UpdatesThatAreGivenTimeUseIt) {
+  const PoseGraph<TypeParam> graph = World<TypeParam>(hpgo::World::kManhattan, 1000);
+  Optimizer<TypeParam> optimizer;
+  UpdateLimits limits;
+  limits.max_seconds = 0.02;
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<TypeParam>(graph, step, nullptr, &optimizer).ok());
+    if (step.node % 50 != 0) continue;
+    ASSERT_TRUE(optimizer.Update(limits).status.ok());
+  }
+  UpdateReport report;
+  int updates = 0;
+  do {
+    report = optimizer.Update(limits);
+    ASSERT_TRUE(report.status.ok());
+  } while (!report.at_rest && ++updates < 100);
+  EXPECT_TRUE(report.at_rest);
+  EXPECT_LT(Gap(optimizer), 1e-3);
+}
+
 TYPED_TEST(RegressionTest, TheSameCallsGiveTheSameBits) {
   const PoseGraph<TypeParam> graph = World<TypeParam>(hpgo::World::kManhattan, 300);
   PoseGraph<TypeParam> results[2];

@@ -1,5 +1,6 @@
 // hpgo replay as a shell sees it: figures, files, comparisons, exit codes, Ctrl-C.
 #include <csignal>
+#include <limits>
 #include <sstream>
 
 #include "gmock/gmock.h"
@@ -117,6 +118,33 @@ TEST_F(ReplayCommandTest, TheCsvHasALineAnUpdate) {
   const json figures = Replay(graph);
   EXPECT_EQ(figures.at("edges"), edges);
   EXPECT_NEAR(std::stod(Cells(lines[300])[7]), figures.at("chi2").get<double>(), 1e-3);
+}
+
+TEST_F(ReplayCommandTest, AFarOffClosureIsTakenIn) {
+  const std::string graph = Generate({"--world=manhattan", "--nodes=400"});
+  const json figures = Replay(graph, {"--far_closure=1e4"});
+  const json& far = figures.at("far_closure");
+  EXPECT_EQ(far.at("edge"), "20 -> 399");
+  const double share = figures.at("cost").get<double>() / figures.at("edges").get<double>();
+  EXPECT_NEAR(far.at("edge_chi2").get<double>() / share, 1e4, 200);
+  int updates = 0;
+  double gap = std::numeric_limits<double>::infinity();
+  for (const json& point : far.at("points")) {
+    EXPECT_GT(point.at("updates"), updates);
+    updates = point.at("updates");
+    gap = point.at("gap_percent");
+  }
+  EXPECT_LT(gap, 1);
+  EXPECT_GT(far.at("points").at(0).at("gap_percent"), gap);
+
+  const ProgramResult text = RunProgram({"replay", graph, "--far_closure=1e4"});
+  EXPECT_THAT(text.out, HasSubstr("\nclosure 20 -> 399, "));
+  EXPECT_THAT(text.out, HasSubstr("\n  gap, % "));
+  EXPECT_EQ(RunProgram({"replay", graph, "--far_closure=-1"}).exit_code, kExitUsage);
+  const std::string chain = directory_.Write("chain.g2o", kChain);
+  const ProgramResult small = RunProgram({"replay", chain, "--far_closure=10"});
+  EXPECT_NE(small.exit_code, kExitOk);
+  EXPECT_THAT(small.err, HasSubstr("a far-off closure needs 20 nodes"));
 }
 
 TEST_F(ReplayCommandTest, TheJsonHoldsAllFigures) {
