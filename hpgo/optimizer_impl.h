@@ -109,6 +109,10 @@ class Optimizer<G>::Impl {
   void SolveFull(const UpdateLimits& limits);
   bool SolveWindow(int max_iterations);
   bool LevelBelowGains() const;
+  void NoteMotions();
+  G NewestPose() const { return newest_ == kNone ? G() : hierarchy_.WorldPose(0, newest_); }
+  // The motion from one pose to another.
+  static Motion MotionBetween(const G& before, const G& after);
   Status NotFinite(Index edge) const;
   Status WhyUnusable(const Status& status);
   void RecordChanges(const SubproblemSummary& summary);

@@ -67,6 +67,11 @@ struct UpdateLimits {
   const std::atomic<bool>* cancel = nullptr;
 };
 
+struct Motion {
+  double distance = 0;  // m
+  double angle = 0;     // rad
+};
+
 struct UpdateReport {
   // kNoSolution: a solve failed numerically; it changed nothing. The rest was done.
   Status status;
@@ -79,6 +84,9 @@ struct UpdateReport {
   int top_solves = 0;
   int solved_nodes = 0;  // free poses, summed over all solves
   int num_levels = 0;
+  // How far the solves have moved the newest node, and the largest motions of nodes and groups that
+  // were solved for: a robot that follows the map jumps by these.
+  Motion newest_moved, largest_moved;
   double cost_decrease = 0;  // of the objectives of the windows, summed
   double mean_chi2 = 0;      // per edge, as last evaluated
   // Seconds of wall time.

@@ -19,6 +19,8 @@ void Accumulate(const UpdateReport& step, UpdateReport* sum) {
   sum->merged_edges += step.merged_edges;
   sum->examined_edges += step.examined_edges;
   sum->windows += step.windows;
+  sum->largest_moved.distance = std::max(sum->largest_moved.distance, step.largest_moved.distance);
+  sum->largest_moved.angle = std::max(sum->largest_moved.angle, step.largest_moved.angle);
   sum->top_solves += step.top_solves;
   sum->solved_nodes += step.solved_nodes;
   sum->cost_decrease += step.cost_decrease;
@@ -72,6 +74,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
     sum.at_rest = false;
     return sum;
   }
+  const G newest_before = NewestPose();
   if (!new_nodes_.empty() || !new_edges_.empty() || check_anchors_) depth_ = 1;
   do {
     UpdateLimits left = limits;
@@ -101,6 +104,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
       }
     }
   } while (!sum.at_rest && !stopped());
+  sum.newest_moved = MotionBetween(newest_before, NewestPose());
   sum.seconds = elapsed();
   return sum;
 }

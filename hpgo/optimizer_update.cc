@@ -16,9 +16,12 @@ double Seconds(std::chrono::steady_clock::duration duration) {
   return std::chrono::duration<double>(duration).count();
 }
 
-// About half the angle of a small rotation.
+// Grows with the angle; about half of it where it is small.
 double HalfRotation(const SE2& T) { return 0.5 * std::abs(T.angle()); }
 double HalfRotation(const SE3& T) { return T.rotation().vec().norm(); }
+
+double Angle(const SE2& T) { return std::abs(T.angle()); }
+double Angle(const SE3& T) { return 2 * std::asin(std::min(1., T.rotation().vec().norm())); }
 
 }  // namespace
 
@@ -54,9 +57,11 @@ template <typename G>
 UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   report_ = UpdateReport();
   report_.at_rest = true;
+  G newest_before;
   {
     const Stopwatch total(&report_.seconds);
     InsertNewNodes();
+    newest_before = NewestPose();
     if (depth_ == 1) SampleChi2();  // else Refine has measured it
     SetThresholds();
     NoteNewEdges();
@@ -73,6 +78,7 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
     new_edges_.clear();
   }
   report_.num_levels = hierarchy_.num_levels();
+  report_.newest_moved = MotionBetween(newest_before, NewestPose());
   VLOG(1) << "update: " << report_.new_nodes << " nodes, " << report_.new_edges << " edges, "
           << report_.windows << " windows, " << report_.top_solves << " top solves, "
           << report_.seconds * 1e3 << " ms";
@@ -212,6 +218,7 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
   if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
   if (!LevelBelowGains()) return false;
   window_.Commit(&hierarchy_);
+  NoteMotions();
   report_.cost_decrease += summary.initial_cost - summary.final_cost;
   RecordChanges(summary);
   return true;
@@ -235,6 +242,28 @@ bool Optimizer<G>::Impl::LevelBelowGains() const {
             hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePose(k));
   }
   return gain > 0;
+}
+
+template <typename G>
+Motion Optimizer<G>::Impl::MotionBetween(const G& before, const G& after) {
+  const G moved = before.Between(after);
+  return {moved.translation().norm(), Angle(moved)};
+}
+
+template <typename G>
+void Optimizer<G>::Impl::NoteMotions() {
+  double distance_sq = 0, half_rotation = 0;
+  G most_turned;
+  for (int k = 0; k < window_.subproblem().num_free; ++k) {
+    const G moved = window_.Moved(k);
+    distance_sq = std::max(distance_sq, moved.translation().squaredNorm());
+    if (HalfRotation(moved) <= half_rotation) continue;
+    half_rotation = HalfRotation(moved);
+    most_turned = moved;
+  }
+  Motion& largest = report_.largest_moved;
+  largest.distance = std::max(largest.distance, std::sqrt(distance_sq));
+  largest.angle = std::max(largest.angle, Angle(most_turned));
 }
 
 template <typename G>

@@ -36,6 +36,8 @@ class Window {
   // The relative pose of the edge edges()[k] at the subproblem's poses, and when it was built.
   G RelativePose(std::size_t k) const { return Relative(k, subproblem_.poses); }
   G RelativePoseBefore(std::size_t k) const { return Relative(k, before_); }
+  // T_before_now of the node nodes()[k].
+  G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 
   // Writes the free poses into the hierarchy.
   void Commit(Hierarchy<G>* hierarchy) const;

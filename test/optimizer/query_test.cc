@@ -49,6 +49,39 @@ TYPED_TEST(QueryTest, EdgeErrorsSumUpToTheCost) {
   EXPECT_NEAR(sum, this->optimizer_.Cost(), 1e-9 * sum);
 }
 
+// What a robot that follows the map needs to know of an update.
+TYPED_TEST(QueryTest, TheReportSaysHowFarPosesJump) {
+  Optimizer<TypeParam> optimizer;
+  TypeParam step;
+  step.translation()(0) = 1;
+  const typename TypeParam::Matrix I = TypeParam::Matrix::Identity();
+  ASSERT_TRUE(optimizer.AddNode(0, TypeParam()).ok());
+  for (int k = 1; k <= 3; ++k) {
+    ASSERT_TRUE(optimizer.AddNode(k, *optimizer.GetPose(k - 1) * step).ok());
+    ASSERT_TRUE(optimizer.AddEdge(k - 1, k, step, I).ok());
+    const UpdateReport report = optimizer.Update();
+    EXPECT_EQ(report.newest_moved.distance, 0);
+    EXPECT_EQ(report.largest_moved.distance, 0);
+  }
+  typename TypeParam::Tangent turn = TypeParam::Tangent::Zero();
+  turn(TypeParam::kDof - 1) = 0.4;
+  const TypeParam before = *optimizer.GetPose(3);
+  ASSERT_TRUE(optimizer.AddEdge(0, 3, before.Retract(turn), 10 * I).ok());
+  for (const UpdateReport& report : {optimizer.Update(), optimizer.Refine()}) {
+    EXPECT_GE(report.largest_moved.distance, report.newest_moved.distance);
+    EXPECT_GE(report.largest_moved.angle, report.newest_moved.angle);
+  }
+  const TypeParam moved_before = *optimizer.GetPose(3);
+  ASSERT_TRUE(optimizer.AddEdge(0, 3, before, 30 * I).ok());
+  const UpdateReport report = optimizer.Update();
+  const typename TypeParam::Tangent moved = moved_before.LocalCoordinates(*optimizer.GetPose(3));
+  EXPECT_GT(report.newest_moved.distance, 0.001);
+  EXPECT_GT(report.newest_moved.angle, 0.01);
+  EXPECT_NEAR(report.newest_moved.distance, moved.template head<TypeParam::kDim>().norm(), 1e-9);
+  EXPECT_NEAR(report.newest_moved.angle, moved.template tail<TypeParam::kRotationDof>().norm(),
+              1e-9);
+}
+
 TYPED_TEST(QueryTest, ErrorsAreWithoutTheLossAndTheCostWithIt) {
   Optimizer<TypeParam> optimizer;
   ASSERT_TRUE(optimizer.AddNode(1, TypeParam()).ok());
