@@ -68,7 +68,22 @@ class Optimizer<G>::Impl {
 
  private:
   using Clock = std::chrono::steady_clock;
-  class Stopwatch;
+  static double Seconds(Clock::duration duration) {
+    return std::chrono::duration<double>(duration).count();
+  }
+  // Adds the time it lives to a field of the report.
+  class Stopwatch {
+   public:
+    explicit Stopwatch(double* total) : total_(total), start_(Clock::now()) {}
+    Stopwatch(const Stopwatch&) = delete;
+    Stopwatch& operator=(const Stopwatch&) = delete;
+    ~Stopwatch() { *total_ += Elapsed(); }
+    double Elapsed() const { return Seconds(Clock::now() - start_); }
+
+   private:
+    double* total_;
+    Clock::time_point start_;
+  };
 
   // Edges as EdgeIds: the index on level 0 and its generation.
   EdgeId IdOf(Index edge) const;

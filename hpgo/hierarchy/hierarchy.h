@@ -132,6 +132,11 @@ class Hierarchy {
   void Lift(int l, Index edge);
   void Unlift(int l, Index edge);
   void EraseEdge(int l, Index edge);
+  void MarkAncestorsDirty(int l, Index edge);
+  void AddFixed(int l, Index node, int delta);
+  Index FindEdge(int l, Index i, Index j) const;
+
+  // hierarchy_groups.cc
   void Attach(int l, Index node, Index group);
   void Detach(int l, Index node);
   void DetachAndForget(int l, Index node);
@@ -139,9 +144,6 @@ class Hierarchy {
   // Queues a node that is alone in its group and has a new neighbour: it may join another now
   // (Algorithm 1 moves no node out of a larger group).
   void RetryIfAlone(int l, Index node);
-  void MarkAncestorsDirty(int l, Index edge);
-  void AddFixed(int l, Index node, int delta);
-  Index FindEdge(int l, Index i, Index j) const;
   void RepairGroups();
   bool SplitGroup(int l, Index group);
   void AddLevel();

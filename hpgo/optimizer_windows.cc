@@ -1,0 +1,142 @@
+// Optimizer: the solve of a window, and what follows from it.
+
+#include <algorithm>
+#include <cmath>
+
+#include "ceres_costs/factor_term.h"
+#include "hpgo/optimizer_impl.h"
+
+namespace hpgo {
+namespace {
+
+// Grows with the angle; about half of it where it is small.
+double HalfRotation(const SE2& T) { return 0.5 * std::abs(T.angle()); }
+double HalfRotation(const SE3& T) { return T.rotation().vec().norm(); }
+
+double Angle(const SE2& T) { return std::abs(T.angle()); }
+double Angle(const SE3& T) { return 2 * std::asin(std::min(1., T.rotation().vec().norm())); }
+
+}  // namespace
+
+template <typename G>
+void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
+  if (!window_.BuildWhole(l, &hierarchy_)) return;
+  SolveWindow(iterations);
+}
+
+// Solves the window and takes the result if the cost has fallen.
+template <typename G>
+bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
+  constexpr double kLargestScale = 10, kScaleGrowth = 1.5;
+  SubproblemOptions options;
+  options.max_iterations = max_iterations;
+  if (limits_ != nullptr) options.cancel = limits_->cancel;
+  const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  report_.solved_nodes += window_.subproblem().num_free;
+  largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
+  const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
+  if (!usable) report_.status = WhyUnusable(summary.status);
+  if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
+  if (!LevelBelowGains()) return false;
+  window_.Commit(&hierarchy_);
+  NoteMotions();
+  report_.cost_decrease += summary.initial_cost - summary.final_cost;
+  RecordChanges(summary);
+  return true;
+}
+
+// Whether the edges that the window's were made from agree that the cost falls. A coarse edge says
+// little about far motions, least of all after those of levels above.
+template <typename G>
+bool Optimizer<G>::Impl::LevelBelowGains() const {
+  constexpr double kFar = 0.025;  // half radians; nearer, both agree
+  if (window_.level() == 0 || options_.coarse_edges != CoarseEdges::kGalerkin) return true;
+  bool far = false;
+  double gain = 0;
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    far |= !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) < kFar);
+  }
+  if (!far) return true;
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    const Index e = window_.edges()[k];
+    gain += hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePoseBefore(k)) -
+            hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePose(k));
+  }
+  return gain > 0;
+}
+
+template <typename G>
+Motion Optimizer<G>::Impl::MotionBetween(const G& before, const G& after) {
+  const G moved = before.Between(after);
+  return {moved.translation().norm(), Angle(moved)};
+}
+
+template <typename G>
+void Optimizer<G>::Impl::NoteMotions() {
+  double distance_sq = 0, half_rotation = 0;
+  G most_turned;
+  for (int k = 0; k < window_.subproblem().num_free; ++k) {
+    const G moved = window_.Moved(k);
+    distance_sq = std::max(distance_sq, moved.translation().squaredNorm());
+    if (HalfRotation(moved) <= half_rotation) continue;
+    half_rotation = HalfRotation(moved);
+    most_turned = moved;
+  }
+  Motion& largest = report_.largest_moved;
+  largest.distance = std::max(largest.distance, std::sqrt(distance_sq));
+  largest.angle = std::max(largest.angle, Angle(most_turned));
+}
+
+template <typename G>
+Status Optimizer<G>::Impl::NotFinite(Index edge) const {
+  return Status(StatusCode::kNoSolution,
+                NameOf(edge) + ": its cost cannot be evaluated at the estimate");
+}
+
+// The edge at fault if there is one, else what the solver says.
+template <typename G>
+Status Optimizer<G>::Impl::WhyUnusable(const Status& status) {
+  for (std::size_t k = 0; k < window_.edges().size() && window_.level() == 0; ++k) {
+    const Index e = window_.edges()[k];
+    const bool unary = hierarchy_.level(0).edges[e].node[0] == kNone;
+    if (!std::isfinite(
+            FactorCost(hierarchy_.FactorOf(0, e), unary, window_.RelativePoseBefore(k)))) {
+      return NotFinite(e);
+    }
+  }
+  return status;
+}
+
+template <typename G>
+void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
+  const int l = window_.level();
+  const double miss =
+      std::abs(summary.predicted_decrease - (summary.initial_cost - summary.final_cost));
+  const bool nonlinear = summary.damped || miss > 10 * thresholds_.tau;
+  double unexplained = nonlinear ? std::sqrt(miss / window_.edges().size()) : 0;
+  // A damped step leaves stress behind; worth another look as long as it got somewhere.
+  if (summary.damped && summary.initial_cost - summary.final_cost > thresholds_.tau) {
+    unexplained = std::max<double>(unexplained, 2 * thresholds_.pending);
+  }
+  Level<G>& level = hierarchy_.mutable_level(l);
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    const Index e = window_.edges()[k];
+    LevelEdge& edge = level.edges[e];
+    const ceres_costs::FactorTerm<G>& factor = window_.subproblem().factors[k];
+    const bool unary = edge.node[0] == kNone;
+    const double change =
+        FactorChange(factor, unary, window_.RelativePoseBefore(k), window_.RelativePose(k));
+    TellParent(l, e, change, thresholds_, &hierarchy_);
+    if (window_.IsInterior(k)) {
+      HandDown(l, e, edge.pending + change, thresholds_, &hierarchy_);
+      hierarchy_.SetPending(l, e, static_cast<float>(unexplained), thresholds_.pending);
+    } else {
+      AddPending(l, e, change, thresholds_, &hierarchy_);
+    }
+  }
+}
+
+template class Optimizer<SE2>::Impl;
+template class Optimizer<SE3>::Impl;
+
+}  // namespace hpgo
