@@ -118,7 +118,7 @@ class Optimizer<G>::Impl {
   void SetThresholds();
   void MergeDirtyEdges();
   void SolveLevel(int l, int iterations);
-  bool ServeStressed(int l);
+  int ServeStressed(int l);
   void RunStressSchedule(const UpdateLimits& limits, bool unlimited);
   void RunFixedSchedule();
   void SolveFull(const UpdateLimits& limits);
@@ -133,7 +133,7 @@ class Optimizer<G>::Impl {
   void RecordChanges(const SubproblemSummary& summary);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;
-  WindowLimits NextWindow() const;
+  WindowLimits NextWindow(int l) const;
 
   OptimizerOptions options_;
   Hierarchy<G> hierarchy_;
@@ -148,6 +148,7 @@ class Optimizer<G>::Impl {
   double mean_chi2_ = 0;
   int num_samples_ = 0;
   std::uint32_t next_sample_ = 0;
+  double strain_ = 0;  // chi2 of recent new edges over the mean, fading from update to update
 
   // Held for want of a fixed node or prior, one a component; the value orders them by age.
   std::map<Index, std::int64_t> anchors_;

@@ -1,6 +1,7 @@
 // Optimizer: which windows an update opens.
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "hpgo/optimizer_impl.h"
@@ -14,9 +15,9 @@ bool Optimizer<G>::Impl::TopIsSmall() const {
   return top.num_nodes / 2 <= options_.max_top_nodes && top.num_edges / 2 <= options_.max_top_edges;
 }
 
-// Finds work on a level and does it; false if there is none.
+// Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
-bool Optimizer<G>::Impl::ServeStressed(int l) {
+int Optimizer<G>::Impl::ServeStressed(int l) {
   constexpr double kNewShare = 0.2;
   FoundWork work;
   {
@@ -24,12 +25,12 @@ bool Optimizer<G>::Impl::ServeStressed(int l) {
     work = FindWork(l, options_.max_examined, options_.window_edges, thresholds_, &hierarchy_);
   }
   report_.examined_edges += work.examined;
-  if (!work.found) return false;
+  if (!work.found) return 0;
   if (l == hierarchy_.num_levels() - 1 && TopIsSmall()) {
     const Stopwatch watch(&report_.top_seconds);
     ++report_.top_solves;
     SolveLevel(l, options_.window_iterations);
-    return true;
+    return 1;
   }
   const Stopwatch watch(&report_.window_seconds);
   std::vector<Index> seeds;
@@ -44,21 +45,22 @@ bool Optimizer<G>::Impl::ServeStressed(int l) {
   if (near && !had_window_[l]) seeds.insert(seeds.end(), fresh.begin(), fresh.end());
   had_window_[l] = true;
   ++report_.windows;
-  if (window_.Build(l, seeds, NextWindow(), &hierarchy_)) {
-    SolveWindow(options_.window_iterations);
-    const double seconds_per_edge = watch.Elapsed() / static_cast<double>(window_.edges().size());
-    const double share = seconds_per_edge_ > 0 ? kNewShare : 1;
-    seconds_per_edge_ += share * (seconds_per_edge - seconds_per_edge_);
-  }
-  return true;
+  if (!window_.Build(l, seeds, NextWindow(l), &hierarchy_)) return 1;
+  SolveWindow(options_.window_iterations);
+  const double num_edges = static_cast<double>(window_.edges().size());
+  const double seconds_per_edge = watch.Elapsed() / num_edges;
+  const double share = seconds_per_edge_ > 0 ? kNewShare : 1;
+  seconds_per_edge_ += share * (seconds_per_edge - seconds_per_edge_);
+  return std::max(1, static_cast<int>(std::lround(num_edges / options_.window_edges)));
 }
 
 // Of the same work, fewer and larger windows carry a correction further: where time is what bounds
 // the work they are as large as a part of it allows, and large where nothing does. One that needed
-// damping is followed by small ones.
+// damping is followed by small ones. A far-off closure bends the whole map, which windows with a
+// held border do slowly: for a while those below the top are larger, and count for more.
 template <typename G>
-WindowLimits Optimizer<G>::Impl::NextWindow() const {
-  constexpr double kShareOfTime = 0.34;
+WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
+  constexpr double kShareOfTime = 0.34, kFarOff = 3e3;
   double scale = 1;
   if (limits_->max_seconds > 0) {
     const double left = limits_->max_seconds - Seconds(Clock::now() - started_);
@@ -67,6 +69,8 @@ WindowLimits Optimizer<G>::Impl::NextWindow() const {
     if (usual > 0) scale = std::clamp(seconds / usual, 1., largest_scale_);
   } else if (refining_) {
     scale = largest_scale_;
+  } else if (strain_ > kFarOff && l > 0 && l >= hierarchy_.num_levels() - 2) {
+    return {2 * options_.window_nodes, 3 * options_.window_edges};
   }
   return {static_cast<int>(scale * options_.window_nodes),
           static_cast<int>(scale * options_.window_edges)};
@@ -85,7 +89,7 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
     // been merged again, windows here could undo it.
     if (l > previous) MergeDirtyEdges();
     previous = l;
-    return hierarchy_.level(l).dirty.empty() && ServeStressed(l);
+    return hierarchy_.level(l).dirty.empty() ? ServeStressed(l) : 0;
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   actions.stop = [&] {

@@ -110,7 +110,9 @@ void Optimizer<G>::Impl::SetThresholds() {
 
 template <typename G>
 void Optimizer<G>::Impl::NoteNewEdges() {
+  constexpr double kFading = 0.97;
   const Stopwatch watch(&report_.insert_seconds);
+  strain_ *= kFading;
   const int num_levels = hierarchy_.num_levels();
   seeds_.resize(num_levels);
   for (std::vector<Index>& seeds : seeds_) seeds.clear();
@@ -128,6 +130,7 @@ void Optimizer<G>::Impl::NoteNewEdges() {
       report_.status = NotFinite(e);
       continue;
     }
+    if (mean_chi2_ > 0) strain_ += chi2 / mean_chi2_;
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {

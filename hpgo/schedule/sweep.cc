@@ -28,9 +28,9 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
     if (served[level] >= limits.max_windows_per_level) {
       skipped = true;
       ++idle;
-    } else if (actions.serve(level)) {
+    } else if (const int worth = actions.serve(level); worth > 0) {
       ++served[level];
-      ++windows;
+      windows += worth;
       idle = 0;
     } else {
       ++idle;

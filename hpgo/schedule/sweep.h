@@ -13,8 +13,9 @@ struct SweepLimits {
 
 // What the sweep asks and orders.
 struct SweepActions {
-  // Looks for work on a level and does it; false if there was none.
-  std::function<bool(int level)> serve;
+  // Looks for work on a level and does it: the number of usual windows it was worth, 0 if there was
+  // none.
+  std::function<int(int level)> serve;
   // The largest pending of a level, in sqrt(chi2).
   std::function<double(int level)> largest_pending;
   // Optional: true ends the sweep (a time limit, cancellation).

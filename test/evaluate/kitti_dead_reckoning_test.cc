@@ -8,8 +8,7 @@
 
 #include "gtest/gtest.h"
 #include "hpgo/evaluate/ground_plane.h"
-#include "hpgo/evaluate/kitti_segments.h"
-#include "hpgo/evaluate/trajectory_error.h"
+#include "test/evaluate/kitti_figures.h"
 
 namespace hpgo {
 namespace {
@@ -17,12 +16,7 @@ namespace {
 using ceres_costs::SE2;
 using ceres_costs::SE3;
 
-struct Expected {
-  const char* sequence;
-  double translation_ratio, rotation_rad_per_m, ate;
-};
-
-class KittiDeadReckoningTest : public ::testing::TestWithParam<Expected> {};
+class KittiDeadReckoningTest : public ::testing::TestWithParam<KittiFigures> {};
 
 std::vector<SE2> ComposeOdometry(const std::string& path) {
   std::ifstream file(path);
@@ -58,23 +52,15 @@ TEST_P(KittiDeadReckoningTest, ReproducesThePublishedFigures) {
   if (camera.empty()) GTEST_SKIP() << "no KITTI data in " << folder;
   const std::vector<SE2> reference = ProjectToPlane(camera, GroundPlane::kXz);
   const std::vector<SE2> estimate = ComposeOdometry(folder + "/graphs/kitti_" + name + ".g2o");
-  ASSERT_EQ(estimate.size(), reference.size());
-
-  const auto segments = EvaluateKittiSegments(estimate, reference);
-  ASSERT_TRUE(segments.ok()) << segments.status().ToString();
-  EXPECT_NEAR(segments->translation_ratio / GetParam().translation_ratio, 1, 0.02);
-  EXPECT_NEAR(segments->rotation_rad_per_m / GetParam().rotation_rad_per_m, 1, 0.02);
-  const auto ate = AbsoluteTrajectoryError(estimate, reference);
-  ASSERT_TRUE(ate.ok()) << ate.status().ToString();
-  EXPECT_NEAR(ate->translation.rmse / GetParam().ate, 1, 0.02);
+  ExpectFigures(GetParam(), estimate, reference);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sequences, KittiDeadReckoningTest,
-                         ::testing::Values(Expected{"00", 0.01570, 9.9e-5, 20.6},
-                                           Expected{"02", 0.01719, 8.1e-5, 32.6},
-                                           Expected{"06", 0.01170, 4.5e-5, 3.2},
-                                           Expected{"07", 0.01584, 1.5e-4, 3.1},
-                                           Expected{"08", 0.01764, 9.5e-5, 14.7}),
+                         ::testing::Values(KittiFigures{"00", 0.01570, 9.9e-5, 20.6},
+                                           KittiFigures{"02", 0.01719, 8.1e-5, 32.6},
+                                           KittiFigures{"06", 0.01170, 4.5e-5, 3.2},
+                                           KittiFigures{"07", 0.01584, 1.5e-4, 3.1},
+                                           KittiFigures{"08", 0.01764, 9.5e-5, 14.7}),
                          [](const auto& instance) { return instance.param.sequence; });
 
 }  // namespace

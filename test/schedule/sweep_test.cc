@@ -14,14 +14,15 @@ struct FakeLevels {
   std::vector<double> pending;
   std::string order;  // the levels served, in turn
   int stop_after = 1000;
+  int worth = 1;  // of a window
 
   SweepActions Actions() {
     SweepActions actions;
     actions.serve = [this](int level) {
-      if (work[level] == 0) return false;
+      if (work[level] == 0) return 0;
       --work[level];
       order += std::to_string(level);
-      return true;
+      return worth;
     };
     actions.largest_pending = [this](int level) {
       return pending.empty() ? static_cast<double>(work[level]) : pending[level];
@@ -50,6 +51,12 @@ TEST(SweepTest, KeepsTheShareOfALevel) {
   FakeLevels levels{{5, 0, 1}, {}, "", 1000};
   EXPECT_FALSE(Sweep().Run(3, {100, 2}, kThreshold, levels.Actions())) << "work is left";
   EXPECT_EQ(levels.order, "200");
+}
+
+TEST(SweepTest, ALargerWindowCountsForMore) {
+  FakeLevels levels{{9, 9, 9}, {}, "", 1000, 3};
+  EXPECT_FALSE(Sweep().Run(3, {6, 2}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "21");
 }
 
 TEST(SweepTest, ResumesBelowWhereTheLimitHitIt) {

@@ -6,24 +6,16 @@
 
 #include "gtest/gtest.h"
 #include "hpgo/evaluate/ground_plane.h"
-#include "hpgo/evaluate/kitti_segments.h"
-#include "hpgo/evaluate/trajectory_error.h"
 #include "hpgo/graph/edge_classes.h"
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/trajectory.h"
 #include "hpgo/solve/full_solve.h"
+#include "test/evaluate/kitti_figures.h"
 
 namespace hpgo {
 namespace {
 
-struct Expected {
-  const char* sequence;
-  double translation_ratio, rotation_rad_per_m, ate;
-};
-
-void PrintTo(const Expected& expected, std::ostream* os) { *os << expected.sequence; }
-
-class KittiOptimumTest : public ::testing::TestWithParam<Expected> {};
+class KittiOptimumTest : public ::testing::TestWithParam<KittiFigures> {};
 
 TEST_P(KittiOptimumTest, ReproducesThePublishedFigures) {
   const std::string folder = std::string(HPGO_SHARED_DATA_DIR) + "/kitti";
@@ -44,21 +36,14 @@ TEST_P(KittiOptimumTest, ReproducesThePublishedFigures) {
   const std::vector<SE2> reference = ProjectToPlane(camera->poses, GroundPlane::kXz);
   std::vector<SE2> estimate;
   for (const int node : IdOrder(graph)) estimate.push_back(graph.nodes()[node].pose);
-  ASSERT_EQ(estimate.size(), reference.size());
-  const auto segments = EvaluateKittiSegments(estimate, reference);
-  ASSERT_TRUE(segments.ok()) << segments.status().ToString();
-  EXPECT_NEAR(segments->translation_ratio / GetParam().translation_ratio, 1, 0.02);
-  EXPECT_NEAR(segments->rotation_rad_per_m / GetParam().rotation_rad_per_m, 1, 0.02);
-  const auto ate = AbsoluteTrajectoryError(estimate, reference);
-  ASSERT_TRUE(ate.ok()) << ate.status().ToString();
-  EXPECT_NEAR(ate->translation.rmse / GetParam().ate, 1, 0.02);
+  ExpectFigures(GetParam(), estimate, reference);
 }
 
 INSTANTIATE_TEST_SUITE_P(Sequences, KittiOptimumTest,
-                         ::testing::Values(Expected{"00", 0.01076, 3.0e-5, 2.03},
-                                           Expected{"02", 0.00989, 2.8e-5, 5.21},
-                                           Expected{"06", 0.01203, 1.3e-5, 2.12},
-                                           Expected{"07", 0.01820, 2.1e-5, 1.49}),
+                         ::testing::Values(KittiFigures{"00", 0.01076, 3.0e-5, 2.03},
+                                           KittiFigures{"02", 0.00989, 2.8e-5, 5.21},
+                                           KittiFigures{"06", 0.01203, 1.3e-5, 2.12},
+                                           KittiFigures{"07", 0.01820, 2.1e-5, 1.49}),
                          [](const auto& instance) { return instance.param.sequence; });
 
 }  // namespace

@@ -57,8 +57,9 @@ double Distance(const std::vector<G>& a, const std::vector<G>& b) {
 
 template <typename G>
 bool SameBits(const std::vector<G>& a, const std::vector<G>& b) {
-  return a.size() == b.size() &&
-         std::memcmp(static_cast<const void*>(a.data()), static_cast<const void*>(b.data()),
+  if (a.size() != b.size()) return false;
+  if (a.empty()) return true;  // memcmp must not be given null
+  return std::memcmp(static_cast<const void*>(a.data()), static_cast<const void*>(b.data()),
                      sizeof(G) * a.size()) == 0;
 }
 
