@@ -38,8 +38,8 @@ DEFINE_string(
     init, "auto",
     "where the poses start: file, odometry, spanning_tree, chordal, or auto (the one with "
     "the lowest chi2)");
-DEFINE_string(engine, "ceres",
-              "the solver: ceres or block; not given, hpgo replay takes its preset's");
+DEFINE_string(engine, "block",
+              "the solver: block (the fast one) or ceres; both end at the same optimum");
 DEFINE_int32(max_iterations, kSolve.max_iterations, "the largest number of iterations");
 DEFINE_double(max_seconds, kSolve.max_seconds,
               "the time limit in seconds; the best result so far is written");

@@ -97,10 +97,10 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   } else {
     *problem = FlagText("mode") + "must be partial, top or full";
   }
-  if (!gflags::GetCommandLineFlagInfoOrDie("engine").is_default) {
-    const std::optional<hpgo::Engine> engine = hpgo::ParseEngine(FLAGS_engine);
-    if (!engine.has_value()) *problem = FlagText("engine") + "must be ceres or block";
-    options.engine = engine.value_or(options.engine);
+  if (const auto engine = hpgo::ParseEngine(FLAGS_engine); engine.has_value()) {
+    options.engine = *engine;
+  } else {
+    *problem = FlagText("engine") + "must be ceres or block";
   }
   if (FLAGS_error == "log") {
     options.convention = ceres_costs::ErrorConvention::kTwist;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <numeric>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -18,6 +18,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
+// Of chi2: what rounding leaves where there is no noise.
+constexpr double kNegligiblePerFactor = 1e-18;
 
 template <typename G>
 class BlockSolver : public SubproblemSolver<G> {
@@ -26,6 +28,10 @@ class BlockSolver : public SubproblemSolver<G> {
     const Clock::time_point start = Clock::now();
     const auto seconds = [&] {
       return std::chrono::duration<double>(Clock::now() - start).count();
+    };
+    const auto negligible = [&](double cost) {
+      return std::max(options.function_tolerance * std::abs(cost),
+                      kNegligiblePerFactor * static_cast<double>(problem->factors.size()));
     };
     SubproblemSummary summary;
     problem_ = problem;
@@ -37,6 +43,7 @@ class BlockSolver : public SubproblemSolver<G> {
     summary.initial_cost = summary.final_cost = cost;
     if (!std::isfinite(cost)) {
       summary.status = Status(StatusCode::kNoSolution, "the cost is not finite at the start");
+      summary.seconds = seconds();
       return summary;
     }
     const std::vector<G> original(problem->poses.begin(),
@@ -50,14 +57,14 @@ class BlockSolver : public SubproblemSolver<G> {
       ++summary.iterations;
       const StepResult step = Step(cost, &damping, &summary);
       if (!step.accepted) {
-        summary.converged = true;  // no direction descends: a stationary point, or as good as one
+        summary.converged = step.promised <= negligible(cost);
         break;
       }
       const double decrease = cost - step.cost;
       cost = step.cost;
       summary.predicted_decrease += step.predicted;
       if (options.progress) options.progress(summary.iterations, cost);
-      if (decrease <= options.function_tolerance * std::abs(cost)) {
+      if (decrease <= negligible(cost)) {
         summary.converged = true;
         break;
       }
@@ -84,6 +91,8 @@ class BlockSolver : public SubproblemSolver<G> {
     bool accepted = false;
     double cost = 0;
     double predicted = 0;
+    // The decrease predicted for the least damped step that could be computed.
+    double promised = std::numeric_limits<double>::infinity();
   };
 
   // A direction that nothing measures has a row of zeros: it stays where it is.
@@ -119,6 +128,7 @@ class BlockSolver : public SubproblemSolver<G> {
         trial_[k] = problem_->poses[k].Retract(d);
       }
       result.predicted = descent + *damping * scaled;
+      if (std::isinf(result.promised)) result.promised = result.predicted;
       result.cost = system_.Cost(trial_);
       // Rounding hides a decrease of this size: take the step as it is.
       const double noise = 1e-14 * cost;

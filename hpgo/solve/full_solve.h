@@ -20,7 +20,7 @@ enum class LossScope {
 
 struct FullSolveOptions {
   InitMethod init = InitMethod::kAuto;
-  Engine engine = Engine::kCeres;
+  Engine engine = Engine::kBlock;
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
   // A robust loss by name (ceres_costs/losses.h) and its scale, in units of the whitened error.
   // Priors are never robust.

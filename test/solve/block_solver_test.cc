@@ -360,6 +360,7 @@ TYPED_TEST(BlockSolverTest, AFailedSolveLeavesThePosesAsTheyWere) {
     EXPECT_EQ(summary.status.code(), good == 0 ? StatusCode::kNoSolution : StatusCode::kOk);
     EXPECT_EQ(summary.status.message(), good == 0 ? "the cost is not finite at the start" : "");
     EXPECT_TRUE(SameBits(problem.subproblem.poses, before)) << good;
+    EXPECT_FALSE(summary.converged) << good;
     if (good == 1) {
       EXPECT_EQ(summary.final_cost, summary.initial_cost);
     }

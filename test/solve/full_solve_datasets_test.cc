@@ -51,10 +51,10 @@ void CheckOptimum(const Expected& expected, PoseGraph<G> graph) {
   EXPECT_TRUE(report.converged);
   EXPECT_NEAR(report.chi2_after, expected.chi2, 1e-4 * expected.chi2);
 
-  PoseGraph<G> by_blocks = start;
-  FullSolveOptions block;
-  block.engine = Engine::kBlock;
-  EXPECT_NEAR(SolveFull(block, &by_blocks).chi2_after, report.chi2_after, 1e-7 * report.chi2_after);
+  PoseGraph<G> by_ceres = start;
+  FullSolveOptions ceres;
+  ceres.engine = Engine::kCeres;
+  EXPECT_NEAR(SolveFull(ceres, &by_ceres).chi2_after, report.chi2_after, 1e-7 * report.chi2_after);
 
   // The independent program agrees on the chi2 of these poses, and sees a minimum there: a positive
   // definite Hessian, and nothing to be gained from a Gauss-Newton step.

@@ -66,9 +66,9 @@ TYPED_TEST(FullSolveTest, ReachesTheOptimumFromEveryStart) {
     ASSERT_TRUE(report.status.ok()) << report.status.ToString();
     EXPECT_TRUE(report.converged);
     EXPECT_NEAR(report.chi2_after, optimum, 1e-6 * optimum);
-    PoseGraph<TypeParam> by_blocks = known.graph;
-    options.engine = Engine::kBlock;
-    EXPECT_NEAR(SolveFull(options, &by_blocks).chi2_after, optimum, 1e-6 * optimum);
+    PoseGraph<TypeParam> by_ceres = known.graph;
+    options.engine = Engine::kCeres;
+    EXPECT_NEAR(SolveFull(options, &by_ceres).chi2_after, optimum, 1e-6 * optimum);
     EXPECT_GT(report.chi2_before, 1.5 * optimum);
     EXPECT_EQ(report.cost_after, report.chi2_after);
     EXPECT_EQ(report.components, 1);
