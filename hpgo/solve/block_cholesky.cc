@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "amd.h"
-#include "glog/logging.h"
 #include "hpgo/solve/dense_kernels.h"
+#include "hpgo/solve/elimination_order.h"
 
 namespace hpgo {
 namespace {
@@ -35,72 +34,18 @@ void BlockCholesky<kBlock>::SetZero() {
   std::fill(values_.begin(), values_.end(), 0.);
 }
 
-// The elimination order: AMD, then a postorder of its elimination tree.
 template <int kBlock>
 void BlockCholesky<kBlock>::Order(const std::vector<std::pair<int, int>>& pairs) {
-  std::vector<int> begin(n_ + 1, 0), neighbour(2 * pairs.size() + 1), order(n_ + 1);
-  for (const auto& [i, j] : pairs) {
-    ++begin[i];
-    ++begin[j];
-  }
-  int sum = 0;
-  for (int i = 0; i <= n_; ++i) sum += std::exchange(begin[i], sum);
-  std::vector<int> fill(begin.begin(), begin.end() - 1);
-  for (const auto& [i, j] : pairs) {
-    neighbour[fill[i]++] = j;
-    neighbour[fill[j]++] = i;
-  }
-  const int status = amd_order(n_, begin.data(), neighbour.data(), order.data(), nullptr, nullptr);
-  CHECK_GE(status, AMD_OK) << "AMD failed";
-  position_.assign(n_, 0);
-  for (int k = 0; k < n_; ++k) position_[order[k]] = k;
-
-  // Elimination tree by rows, with path compression.
-  parent_.assign(n_, -1);
-  std::vector<int> ancestor(n_, -1);
-  for (int k = 0; k < n_; ++k) {
-    for (int e = begin[order[k]]; e < begin[order[k] + 1]; ++e) {
-      for (int i = position_[neighbour[e]]; i < k && i != -1;) {
-        const int up = ancestor[i];
-        ancestor[i] = k;
-        if (up == -1) parent_[i] = k;
-        i = up;
-      }
-    }
-  }
-  // Postorder, children in ascending order.
-  std::vector<int> first(n_, -1), sibling(n_, -1), post(n_), stack;
-  for (int k = n_ - 1; k >= 0; --k) {
-    if (parent_[k] < 0) continue;
-    sibling[k] = first[parent_[k]];
-    first[parent_[k]] = k;
-  }
-  int count = 0;
-  for (int root = 0; root < n_; ++root) {
-    if (parent_[root] >= 0) continue;
-    stack.push_back(root);
-    while (!stack.empty()) {
-      const int k = stack.back();
-      if (first[k] >= 0) {
-        stack.push_back(first[k]);
-        first[k] = sibling[first[k]];
-      } else {
-        post[k] = count++;
-        stack.pop_back();
-      }
-    }
-  }
-  std::vector<int> new_parent(n_);
-  for (int k = 0; k < n_; ++k) new_parent[post[k]] = parent_[k] < 0 ? -1 : post[parent_[k]];
-  parent_ = std::move(new_parent);
-  for (int& p : position_) p = post[p];
+  EliminationOrder order = FindEliminationOrder(n_, pairs);
+  position_ = std::move(order.position);
+  parent_ = std::move(order.parent);
 
   below_begin_.assign(n_ + 1, 0);
   below_.resize(pairs.size());
   for (const auto& [i, j] : pairs) ++below_begin_[std::min(position_[i], position_[j])];
-  sum = 0;
+  int sum = 0;
   for (int i = 0; i <= n_; ++i) sum += std::exchange(below_begin_[i], sum);
-  fill.assign(below_begin_.begin(), below_begin_.end() - 1);
+  std::vector<int> fill(below_begin_.begin(), below_begin_.end() - 1);
   for (const auto& [i, j] : pairs) {
     const auto [low, high] = std::minmax(position_[i], position_[j]);
     below_[fill[low]++] = high;

@@ -1,6 +1,5 @@
 // Sparse Cholesky factorization of a symmetric positive definite matrix of small dense blocks, one
-// block row a node: AMD ordering on the blocks (SuiteSparse), supernodal left-looking
-// factorization.
+// block row a node: ordered by blocks, supernodal, left-looking.
 #pragma once
 
 #include <cstdint>
