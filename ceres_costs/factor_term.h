@@ -8,7 +8,7 @@
 
 namespace ceres_costs {
 
-// Exactly one of `term` and `custom` is set. Owns nothing.
+// `custom` replaces the cost of `term` where it is set; one of them is. Owns nothing.
 template <typename G>
 struct FactorTerm {
   const RelativePoseTerm<G>* term = nullptr;

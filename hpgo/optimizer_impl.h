@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <set>
@@ -119,10 +120,15 @@ class Optimizer<G>::Impl {
   void MergeDirtyEdges();
   void SolveLevel(int l, int iterations);
   int ServeStressed(int l);
-  void RunStressSchedule(const UpdateLimits& limits, bool unlimited);
+  void RunStressSchedule();
   void RunFixedSchedule();
-  void SolveFull(const UpdateLimits& limits);
-  bool SolveWindow(int max_iterations);
+  void SolveFull();
+  bool SolveWindow(int max_iterations,
+                   double max_seconds = std::numeric_limits<double>::infinity());
+  // Whether time or the caller, not the options, say when to stop.
+  bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }
+  double SecondsLeft() const;
+  bool IsStopped() const;
   bool LevelBelowGains() const;
   void NoteMotions();
   G NewestPose() const { return newest_ == kNone ? G() : hierarchy_.WorldPose(0, newest_); }
@@ -148,7 +154,10 @@ class Optimizer<G>::Impl {
   double mean_chi2_ = 0;
   int num_samples_ = 0;
   std::uint32_t next_sample_ = 0;
-  double strain_ = 0;  // chi2 of recent new edges over the mean, fading from update to update
+  // chi2 of recent new edges over the mean, fading from update to update; kFarOff and above: a
+  // far-off closure is being taken in.
+  static constexpr double kFarOff = 3e3;
+  double strain_ = 0;
 
   // Held for want of a fixed node or prior, one a component; the value orders them by age.
   std::map<Index, std::int64_t> anchors_;
@@ -165,7 +174,7 @@ class Optimizer<G>::Impl {
   UpdateReport report_;
   std::vector<std::vector<Index>> seeds_;  // by level: the ancestors of the new edges' ends
   std::vector<bool> had_window_;           // by level
-  const UpdateLimits* limits_ = nullptr;
+  UpdateLimits limits_;
   Clock::time_point started_;
   bool refining_ = false;
   double largest_scale_ = 1;     // of windows, over the options' size

@@ -39,11 +39,11 @@ struct OptimizerOptions {
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
   double stress_threshold = 5e-4;
   int max_examined = 300;  // C: edges looked at in one search for work
+  int max_merges = 2000;   // coarse edges merged an update; the others wait for the next
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
   Mode mode = Mode::kPartial;
   // --- These change the speed only, up to rounding.
   Engine engine = Engine::kBlock;
-  int max_merges = 2000;  // coarse edges merged an update
 
   static OptimizerOptions Accurate() { return {}; }
   static OptimizerOptions Fast();
@@ -60,8 +60,9 @@ struct OptimizerOptions {
 
 // Bounds of one call. The defaults are those of the options.
 struct UpdateLimits {
-  // Seconds of wall time. If positive, it replaces max_windows: work goes on until the time is up
-  // or nothing is stressed. It is checked between windows.
+  // Seconds of wall time. If positive, it replaces max_windows, max_merges and max_examined: work
+  // goes on until the time is up or nothing is stressed. It is checked between windows, and between
+  // the iterations of a full solve; one window is solved at least.
   double max_seconds = 0;
   // Set from elsewhere to stop between two windows.
   const std::atomic<bool>* cancel = nullptr;
@@ -75,7 +76,7 @@ struct Motion {
 struct UpdateReport {
   // kNoSolution: a solve failed numerically; it changed nothing. The rest was done.
   Status status;
-  bool at_rest = false;  // nothing stressed is left
+  bool at_rest = false;  // nothing stressed is left; known to Schedule::kStress only
   int new_nodes = 0;     // inserted by this update
   int new_edges = 0;
   int merged_edges = 0;  // coarse edges computed anew

@@ -60,6 +60,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10;
   // Ill-conditioned graphs go on gaining: then below kDeep as well, while a round gains this share.
   constexpr double kWorthwhile = 1e-5;
+  constexpr double kShortest = 1e-9;  // s; 0 would be no limit
   double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -70,25 +71,21 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   UpdateReport sum;
   if (options_.schedule != Schedule::kStress) {
     // Windows wherever the schedule puts them: it knows no rest to work towards.
-    sum = Step(Mode::kPartial, limits);
-    sum.at_rest = false;
-    return sum;
+    return Step(Mode::kPartial, limits);
   }
   const G newest_before = NewestPose();
   if (!new_nodes_.empty() || !new_edges_.empty() || check_anchors_) depth_ = 1;
   do {
     UpdateLimits left = limits;
-    if (limits.max_seconds > 0) left.max_seconds = limits.max_seconds - elapsed();
+    if (limits.max_seconds > 0) {
+      left.max_seconds = std::max(limits.max_seconds - elapsed(), kShortest);
+    }
     refining_ = true;
     const UpdateReport step = Step(Mode::kPartial, left);
     refining_ = false;
     Accumulate(step, &sum);
     if (!step.status.ok()) break;
     sum.at_rest = step.at_rest;
-    // At rest only if nothing waits to be merged either.
-    for (int l = 1; l < hierarchy_.num_levels(); ++l) {
-      sum.at_rest &= hierarchy_.level(l).dirty.empty();
-    }
     if (sum.at_rest) {
       // A sample's mean may be far above what is left.
       const double tau = thresholds_.tau;

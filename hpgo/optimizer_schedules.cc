@@ -15,6 +15,17 @@ bool Optimizer<G>::Impl::TopIsSmall() const {
   return top.num_nodes / 2 <= options_.max_top_nodes && top.num_edges / 2 <= options_.max_top_edges;
 }
 
+template <typename G>
+double Optimizer<G>::Impl::SecondsLeft() const {
+  return limits_.max_seconds > 0 ? limits_.max_seconds - Seconds(Clock::now() - started_)
+                                 : std::numeric_limits<double>::infinity();
+}
+
+template <typename G>
+bool Optimizer<G>::Impl::IsStopped() const {
+  return (limits_.cancel != nullptr && *limits_.cancel) || SecondsLeft() < 0;
+}
+
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
 int Optimizer<G>::Impl::ServeStressed(int l) {
@@ -22,9 +33,12 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   FoundWork work;
   {
     const Stopwatch watch(&report_.examine_seconds);
-    work = FindWork(l, options_.max_examined, options_.window_edges, thresholds_, &hierarchy_);
+    do {
+      work = FindWork(l, options_.max_examined, options_.window_edges, thresholds_, &hierarchy_);
+      report_.examined_edges += work.examined;
+    } while (!work.found && IsUncapped() && !IsStopped() &&
+             LargestPending(l, hierarchy_) > thresholds_.pending);
   }
-  report_.examined_edges += work.examined;
   if (!work.found) return 0;
   if (l == hierarchy_.num_levels() - 1 && TopIsSmall()) {
     const Stopwatch watch(&report_.top_seconds);
@@ -60,28 +74,31 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
 // held border do slowly: for a while those below the top are larger, and count for more.
 template <typename G>
 WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
-  constexpr double kShareOfTime = 0.34, kFarOff = 3e3;
-  double scale = 1;
-  if (limits_->max_seconds > 0) {
-    const double left = limits_->max_seconds - Seconds(Clock::now() - started_);
-    const double seconds = std::min(kShareOfTime * limits_->max_seconds, left);
+  constexpr double kShareOfTime = 0.34;
+  double nodes_scale = 1, edges_scale = 1;
+  if (limits_.max_seconds > 0) {
+    const double seconds = std::min(kShareOfTime * limits_.max_seconds, SecondsLeft());
     const double usual = seconds_per_edge_ * options_.window_edges;
-    if (usual > 0) scale = std::clamp(seconds / usual, 1., largest_scale_);
+    if (usual > 0) nodes_scale = edges_scale = std::clamp(seconds / usual, 1., largest_scale_);
   } else if (refining_) {
-    scale = largest_scale_;
+    nodes_scale = edges_scale = largest_scale_;
   } else if (strain_ > kFarOff && l > 0 && l >= hierarchy_.num_levels() - 2) {
-    return {2 * options_.window_nodes, 3 * options_.window_edges};
+    nodes_scale = 2;
+    edges_scale = 3;
   }
-  return {static_cast<int>(scale * options_.window_nodes),
-          static_cast<int>(scale * options_.window_edges)};
+  const auto scaled = [](int count, double scale) {
+    return static_cast<int>(std::min<double>(scale * count, std::numeric_limits<int>::max()));
+  };
+  return {scaled(options_.window_nodes, nodes_scale), scaled(options_.window_edges, edges_scale)};
 }
 
 template <typename G>
-void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unlimited) {
-  started_ = Clock::now();
+void Optimizer<G>::Impl::RunStressSchedule() {
   SweepLimits sweep;
-  sweep.max_windows = unlimited ? std::numeric_limits<int>::max() : options_.max_windows;
-  if (unlimited) sweep.max_windows_per_level = std::numeric_limits<int>::max();
+  sweep.max_windows = options_.max_windows;
+  if (limits_.max_seconds > 0) {
+    sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
+  }
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;
   actions.serve = [&](int l) {
@@ -93,20 +110,18 @@ void Optimizer<G>::Impl::RunStressSchedule(const UpdateLimits& limits, bool unli
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   actions.stop = [&] {
-    if (limits.cancel != nullptr && *limits.cancel) return true;
-    if (limits.max_seconds <= 0) return false;
     // One window is made at least: else nothing would ever be done in too short a time.
-    const bool first = report_.windows + report_.top_solves == 0;
-    const double window = first ? 0 : seconds_per_edge_ * options_.window_edges;
-    return Seconds(Clock::now() - started_) + window > limits.max_seconds;
+    if (report_.windows + report_.top_solves == 0) {
+      return limits_.cancel != nullptr && *limits_.cancel;
+    }
+    return IsStopped() || SecondsLeft() < seconds_per_edge_ * options_.window_edges;
   };
-  limits_ = &limits;
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);
-  // A search that has examined its share may have left some for the next update.
+  // A search or a merge that has done its share may have left some for the next update.
   for (int l = 0; l < hierarchy_.num_levels(); ++l) {
     report_.at_rest &= LargestPending(l, hierarchy_) <= thresholds_.pending;
+    report_.at_rest &= hierarchy_.level(l).dirty.empty();
   }
-  limits_ = nullptr;
 }
 
 // The whole top, and a window on every lower level, whether it is stressed or not.
@@ -119,7 +134,7 @@ void Optimizer<G>::Impl::RunFixedSchedule() {
     SolveLevel(top, options_.window_iterations);
   }
   const Stopwatch watch(&report_.window_seconds);
-  for (int l = top - 1; l >= 0; --l) {
+  for (int l = top - 1; l >= 0 && !IsStopped(); --l) {
     const std::vector<Index> seeds = SeedsOnLevel(l);
     if (window_.Build(l, seeds, {options_.window_nodes, options_.window_edges}, &hierarchy_)) {
       ++report_.windows;
@@ -136,15 +151,13 @@ std::vector<Index> Optimizer<G>::Impl::SeedsOnLevel(int l) const {
 }
 
 template <typename G>
-void Optimizer<G>::Impl::SolveFull(const UpdateLimits& limits) {
+void Optimizer<G>::Impl::SolveFull() {
   constexpr int kMaxIterations = 50;
   const Stopwatch watch(&report_.window_seconds);
-  limits_ = &limits;
   if (window_.BuildWhole(0, &hierarchy_)) {
     ++report_.windows;
-    SolveWindow(kMaxIterations);
+    SolveWindow(kMaxIterations, SecondsLeft());
   }
-  limits_ = nullptr;
 }
 
 template class Optimizer<SE2>::Impl;

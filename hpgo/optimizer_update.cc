@@ -27,7 +27,8 @@ UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   report_ = UpdateReport();
-  report_.at_rest = true;
+  limits_ = limits;
+  started_ = Clock::now();
   G newest_before;
   {
     const Stopwatch total(&report_.seconds);
@@ -38,15 +39,16 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
     NoteNewEdges();
     MergeDirtyEdges();
     if (mode == Mode::kFull) {
-      SolveFull(limits);
+      SolveFull();
     } else if (mode == Mode::kTop) {
       SolveLevel(hierarchy_.num_levels() - 1, options_.window_iterations);
     } else if (options_.schedule == Schedule::kStress) {
-      RunStressSchedule(limits, limits.max_seconds > 0);
+      RunStressSchedule();
     } else {
       RunFixedSchedule();
     }
     new_edges_.clear();
+    limits_ = UpdateLimits();
   }
   report_.num_levels = hierarchy_.num_levels();
   report_.newest_moved = MotionBetween(newest_before, NewestPose());
@@ -110,7 +112,7 @@ void Optimizer<G>::Impl::SetThresholds() {
 
 template <typename G>
 void Optimizer<G>::Impl::NoteNewEdges() {
-  constexpr double kFading = 0.97;
+  constexpr double kFading = 0.97, kMostStrain = 10 * kFarOff;
   const Stopwatch watch(&report_.insert_seconds);
   strain_ *= kFading;
   const int num_levels = hierarchy_.num_levels();
@@ -130,7 +132,7 @@ void Optimizer<G>::Impl::NoteNewEdges() {
       report_.status = NotFinite(e);
       continue;
     }
-    if (mean_chi2_ > 0) strain_ += chi2 / mean_chi2_;
+    if (mean_chi2_ > 0) strain_ = std::min(strain_ + chi2 / mean_chi2_, kMostStrain);
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {
@@ -147,11 +149,16 @@ void Optimizer<G>::Impl::NoteNewEdges() {
 
 template <typename G>
 void Optimizer<G>::Impl::MergeDirtyEdges() {
+  constexpr std::size_t kLookAtClock = 64;
   const Stopwatch watch(&report_.merge_seconds);
+  const auto goes_on = [&](std::size_t k) {
+    return IsUncapped() ? k % kLookAtClock != 0 || !IsStopped()
+                        : report_.merged_edges < options_.max_merges;
+  };
   for (int l = 1; l < hierarchy_.num_levels(); ++l) {
     Level<G>& level = hierarchy_.mutable_level(l);
     std::size_t k = 0;
-    for (; k < level.dirty.size() && report_.merged_edges < options_.max_merges; ++k) {
+    for (; k < level.dirty.size() && goes_on(k); ++k) {
       const Index e = level.dirty[k];
       level.edges[e].dirty = false;
       if (!level.edges[e].alive) continue;

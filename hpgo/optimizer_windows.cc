@@ -26,11 +26,12 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 
 // Solves the window and takes the result if the cost has fallen.
 template <typename G>
-bool Optimizer<G>::Impl::SolveWindow(int max_iterations) {
+bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 10, kScaleGrowth = 1.5;
   SubproblemOptions options;
   options.max_iterations = max_iterations;
-  if (limits_ != nullptr) options.cancel = limits_->cancel;
+  options.max_seconds = std::clamp(max_seconds, 0., options.max_seconds);
+  options.cancel = limits_.cancel;
   const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
   report_.solved_nodes += window_.subproblem().num_free;
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);

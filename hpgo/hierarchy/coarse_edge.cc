@@ -85,26 +85,32 @@ RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
 }
 
 template <typename G>
+ChildGeometry<G>::ChildGeometry(const LevelEdge& edge, const LevelEdge& child,
+                                const Level<G>& below, const G& T_g_h)
+    : unary(child.node[0] == kNone),
+      reversed(below.nodes[child.node[1]].parent != edge.node[1]),
+      X_own(below.nodes[child.node[1]].pose) {
+  if (!unary) X_a = below.nodes[child.node[0]].pose;
+  X_b = reversed ? T_g_h.Between(X_own) : T_g_h * X_own;
+}
+
+template <typename G>
 CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
   const LevelEdge& record = hierarchy.level(l).edges[edge];
   const Level<G>& below = hierarchy.level(l - 1);
   CoarseEdge<G> result;
   result.T_g_h = hierarchy.RelativePose(l, record.node[0], record.node[1]);
   for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
-    const LevelEdge& child = below.edges[c];
-    const LevelNode<G>& b = below.nodes[child.node[1]];
-    const bool unary = child.node[0] == kNone;
-    const bool reversed = b.parent != record.node[1];
-    const G X_a = unary ? G() : below.nodes[child.node[0]].pose;
-    // The second end seen from the first's group.
-    const G X_b = reversed ? result.T_g_h.Between(b.pose) : result.T_g_h * b.pose;
+    const ChildGeometry<G> child(record, below.edges[c], below, result.T_g_h);
     QuadraticModel<G> fine, coarse;
-    if (!LinearizeFactor(hierarchy.FactorOf(l - 1, c), unary, X_a.Between(X_b), &fine)) continue;
-    // Not reversed: T_g_h Exp(d) X_b moves b by Ad(X_b^-1) d. Reversed, a moves by Ad(X_a^-1) d,
-    // which b sees as -Ad((X_a Y)^-1) d, and X_a Y is X_b.
-    TransportModel(reversed ? X_b.Inverse() : b.pose.Inverse(), fine, &coarse);
+    if (!LinearizeFactor(hierarchy.FactorOf(l - 1, c), child.unary, child.RelativePose(), &fine)) {
+      continue;
+    }
+    // Not reversed: T_g_h Exp(d) X_own moves b by Ad(X_own^-1) d. Reversed, a moves by Ad(X_a^-1)
+    // d, which b sees as -Ad((X_a Y)^-1) d, and X_a Y is X_b.
+    TransportModel((child.reversed ? child.X_b : child.X_own).Inverse(), fine, &coarse);
     result.model.A += coarse.A;
-    if (reversed) {
+    if (child.reversed) {
       result.model.b -= coarse.b;
     } else {
       result.model.b += coarse.b;
@@ -131,6 +137,8 @@ double QuadraticChange(const CoarseEdge<G>& edge, const RelativePoseTerm<G>* old
 
 template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&, const SE2&);
 template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&, const SE3&);
+template struct ChildGeometry<SE2>;
+template struct ChildGeometry<SE3>;
 template CoarseEdge<SE2> GalerkinEdge(const Hierarchy<SE2>&, int, Index);
 template CoarseEdge<SE3> GalerkinEdge(const Hierarchy<SE3>&, int, Index);
 template double QuadraticChange(const CoarseEdge<SE2>&, const RelativePoseTerm<SE2>*);

@@ -14,6 +14,20 @@ class Hierarchy;
 inline constexpr ceres_costs::ErrorConvention kCoarseConvention =
     ceres_costs::ErrorConvention::kG2o;
 
+// Where the ends of an edge between members of two groups are.
+template <typename G>
+struct ChildGeometry {
+  bool unary = false;     // a prior: the first end is the world frame
+  bool reversed = false;  // the second end is a member of the first group
+  G X_a, X_b;             // the ends, seen from the group of the first
+  G X_own;                // the second end, seen from its own group
+
+  // T_g_h: the relative pose of the groups that the edge's parent `edge` connects.
+  ChildGeometry(const LevelEdge& edge, const LevelEdge& child, const Level<G>& below,
+                const G& T_g_h);
+  G RelativePose() const { return X_a.Between(X_b); }
+};
+
 // A measurement of T_g_h in the coarse convention, and the quadratic model it was made from.
 template <typename G>
 struct CoarseEdge {

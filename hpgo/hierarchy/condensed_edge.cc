@@ -52,7 +52,7 @@ void AddEdges(const Hierarchy<G>& hierarchy, int l, LocalGraph<G>* graph) {
 }
 
 // Composes the poses along the edges from the node `held` on, so that the optimum does not depend
-// on how well the estimate fits; left as they are where a cost without a measurement is in the way.
+// on how well the estimate fits. A custom cost's measurement approximates it.
 template <typename G>
 void ComposeFrom(int held, LocalGraph<G>* graph) {
   std::vector<G> poses = graph->poses;
@@ -62,7 +62,7 @@ void ComposeFrom(int held, LocalGraph<G>* graph) {
   for (bool found = true; found && missing > 0;) {
     found = false;
     for (const auto& edge : graph->edges) {
-      if (known[edge.i] == known[edge.j] || edge.factor.term == nullptr) continue;
+      if (known[edge.i] == known[edge.j]) continue;
       const G& Z = edge.factor.term->measurement;
       if (known[edge.i]) {
         poses[edge.j] = poses[edge.i] * Z;

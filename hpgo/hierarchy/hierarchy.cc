@@ -87,6 +87,7 @@ void Hierarchy<G>::AssignGroups() {
   // Components cannot be grouped together: where they are many the top stays large, and is tried
   // again only when it has changed by some.
   const auto size_of_top = [this] { return levels_.back()->num_nodes + levels_.back()->num_edges; };
+  if (2 * size_of_top() < next_new_level_) next_new_level_ = 0;
   while (IsTooLarge(*levels_.back(), 1) && size_of_top() >= next_new_level_) {
     const Index before = levels_.back()->num_nodes;
     AddLevel();
@@ -199,13 +200,8 @@ double Hierarchy<G>::ChildrenCost(int l, Index edge, const G& T_g_h) const {
   const Level<G>& below = *levels_[l - 1];
   double cost = 0;
   for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
-    const LevelEdge& child = below.edges[c];
-    const LevelNode<G>& b = below.nodes[child.node[1]];
-    const bool unary = child.node[0] == kNone;
-    const bool reversed = b.parent != record.node[1];
-    const G X_a = unary ? G() : below.nodes[child.node[0]].pose;
-    const G T_i_j = reversed ? (T_g_h * X_a).Between(b.pose) : X_a.Between(T_g_h * b.pose);
-    cost += FactorCost(FactorOf(l - 1, c), unary, T_i_j);
+    const ChildGeometry<G> child(record, below.edges[c], below, T_g_h);
+    cost += FactorCost(FactorOf(l - 1, c), child.unary, child.RelativePose());
   }
   return cost;
 }

@@ -72,23 +72,23 @@ void Hierarchy<G>::AssignGroup(int l, Index n) {
   const LevelNode<G>& node = level.nodes[n];
   if (node.parent != kNone && levels_[l + 1]->nodes[node.parent].num_children > 1) return;
   std::vector<GroupCandidate> candidates;
+  const std::uint32_t met = NewStamp();
   ForEachEdge(level, n, [&](Index e, Index other) {
     if (other == kNone) return;
     const Index group = level.nodes[other].parent;
     if (group == kNone || group == node.parent) return;
-    auto it = std::find_if(candidates.begin(), candidates.end(),
-                           [&](const GroupCandidate& c) { return c.group == group; });
-    if (it == candidates.end()) {
-      GroupCandidate candidate;
+    LevelNode<G>& record = levels_[l + 1]->nodes[group];
+    if (record.stamp != met) {
+      record.stamp = met;
+      record.scratch = static_cast<Index>(candidates.size());
+      GroupCandidate& candidate = candidates.emplace_back();
       candidate.group = group;
-      for (Index c = levels_[l + 1]->nodes[group].first_child; c != kNone;
-           c = level.nodes[c].next_sibling) {
+      for (Index c = record.first_child; c != kNone; c = level.nodes[c].next_sibling) {
         ++candidate.size;
         candidate.group_weight += level.nodes[c].weight;
       }
-      it = candidates.insert(candidates.end(), candidate);
     }
-    it->weight_to_group += level.edges[e].weight;
+    candidates[record.scratch].weight_to_group += level.edges[e].weight;
   });
   const int best = BestGroup(candidates, node.weight, level.total_weight, options_.max_group_size);
   if (best >= 0) {
@@ -103,7 +103,9 @@ void Hierarchy<G>::AssignGroup(int l, Index n) {
 
 template <typename G>
 void Hierarchy<G>::RetryIfAlone(int l, Index n) {
-  if (n == kNone || l + 1 >= num_levels()) return;
+  // One that has found no group among so many neighbours is not worth going through them again.
+  constexpr Index kMaxDegree = 100;
+  if (n == kNone || l + 1 >= num_levels() || levels_[l]->nodes[n].degree > kMaxDegree) return;
   const Index group = levels_[l]->nodes[n].parent;
   if (group != kNone && levels_[l + 1]->nodes[group].num_children == 1) {
     unassigned_.push_back({l, n});
@@ -176,6 +178,9 @@ void Hierarchy<G>::DropTop() {
     edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
   }
   levels_.pop_back();
+  const auto of_top = [this](const LevelItem& item) { return item.l + 1 >= num_levels(); };
+  unassigned_.erase(std::remove_if(unassigned_.begin(), unassigned_.end(), of_top),
+                    unassigned_.end());
 }
 
 // For a top, by `part` of what one may hold.
@@ -188,7 +193,10 @@ bool Hierarchy<G>::IsTooLarge(const Level<G>& level, int part) const {
 template <typename G>
 void Hierarchy<G>::DropSmallTop() {
   // Half of T, so that a graph that grows and shrinks does not build and drop levels in turns.
-  while (num_levels() > 1 && !IsTooLarge(*levels_[num_levels() - 2], 2)) DropTop();
+  while (num_levels() > 1 && !IsTooLarge(*levels_[num_levels() - 2], 2)) {
+    DropTop();
+    next_new_level_ = 0;
+  }
 }
 
 template class Hierarchy<ceres_costs::SE2>;

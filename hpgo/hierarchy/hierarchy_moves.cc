@@ -131,9 +131,7 @@ void Hierarchy<G>::ForEachMoved(double distance, double angle,
   // Nodes that no group has yet hang from nothing.
   for (const LevelItem& item : unassigned_) {
     const LevelNode<G>& node = levels_[item.l]->nodes[item.index];
-    if (item.l + 1 < num_levels() && node.alive && node.parent == kNone) {
-      VisitMoved(item.l, item.index, limit, visit);
-    }
+    if (node.alive && node.parent == kNone) VisitMoved(item.l, item.index, limit, visit);
   }
   const int top = num_levels() - 1;
   for (Index n = 0; n < static_cast<Index>(levels_[top]->nodes.size()); ++n) {

@@ -1,5 +1,7 @@
 #include "hpgo/solve/elimination_order.h"
 
+#include <array>
+#include <cstdlib>
 #include <utility>
 
 #include "amd.h"
@@ -44,7 +46,11 @@ void OrderByMetis(Adjacency* adjacency, std::vector<int>* order) {
   std::vector<int> found(order->size());
   cholmod_common common;
   cholmod_start(&common);
+  // METIS seeds and draws from rand(): the caller's sequence goes on as if it had not.
+  std::array<char, 128> state;
+  char* const outer = initstate(1, state.data(), state.size());
   const bool ok = cholmod_metis(&matrix, nullptr, 0, 1, found.data(), &common) != 0;
+  setstate(outer);
   cholmod_finish(&common);
   if (ok) {
     *order = std::move(found);
