@@ -98,6 +98,8 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   sweep.max_windows = options_.max_windows;
   if (limits_.max_seconds > 0) {
     sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
+    // Level 0 takes the most windows to cover.
+    sweep.max_bottom_windows = 8;
   }
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;
