@@ -50,6 +50,9 @@ int Judge(const ReplayFigures& figures) {
   if (!result.comparison_failure.ok()) {
     Warn("no full optimum to compare with: " + result.comparison_failure.message());
   }
+  if (!figures.recovery_failure.ok()) {
+    Warn("the far-off closure failed: " + figures.recovery_failure.message());
+  }
   if (result.refine.has_value() && !(result.refine->cost_after <= result.refine->cost_before)) {
     Warn("refining raised the cost from " + FormatNumber(result.refine->cost_before) + " to " +
          FormatNumber(result.refine->cost_after));
@@ -63,7 +66,7 @@ int Judge(const ReplayFigures& figures) {
     return kExitInterrupted;
   }
   if (MissesThreshold(result)) return kExitComparison;
-  return result.failed_updates > 0 ? kExitLimit : kExitOk;
+  return result.failed_updates > 0 || !figures.recovery_failure.ok() ? kExitLimit : kExitOk;
 }
 
 // The file with the estimate in place of its poses; after an interrupted replay the nodes so far.
@@ -104,6 +107,12 @@ hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
 template <typename G>
 int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::GraphFile<G>* file,
                const std::optional<PoseSource>& reference) {
+  if (settings.far_closure > 0 &&
+      (file->graph.nodes().size() < kMinFarClosureNodes || file->graph.edges().empty())) {
+    return Fail(hpgo::Status(hpgo::StatusCode::kInvalidArgument,
+                             input + ": a far-off closure needs " +
+                                 std::to_string(kMinFarClosureNodes) + " nodes and an edge"));
+  }
   hpgo::Optimizer<G> optimizer(settings.options);
   hpgo::Result<ReplayResult> result = RunReplay(file->graph, settings, &optimizer);
   if (!result.ok()) return Fail(result.status());
@@ -129,8 +138,12 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
     limits.cancel = &CancelFlag();
     hpgo::Result<Recovery> recovery =
         RecoverFromFarClosure(file->graph, settings.far_closure, limits, settings.loss, &optimizer);
-    if (!recovery.ok()) return Fail(recovery.status());
-    figures.recovery = *std::move(recovery);
+    figures.result.interrupted = CancelFlag();
+    if (recovery.ok()) {
+      figures.recovery = *std::move(recovery);
+    } else if (!figures.result.interrupted) {
+      figures.recovery_failure = recovery.status();
+    }
   }
   const bool stdout_taken =
       FLAGS_output == "-" || FLAGS_stats_csv == "-" || FLAGS_stats_json == "-";

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "ceres_costs/losses.h"
+#include "glog/logging.h"
 #include "hpgo/evaluate/compare_poses.h"
 #include "hpgo/solve/full_solve.h"
 #include "tools/common_flags.h"
@@ -36,6 +38,13 @@ hpgo::Result<ReferenceError> ErrorOfMatched(const std::vector<G>& estimate,
 }
 
 }  // namespace
+
+std::shared_ptr<const ceres::LossFunction> MakeSharedLoss(const LossChoice& choice) {
+  std::unique_ptr<ceres::LossFunction> loss;
+  std::string error;
+  CHECK(ceres_costs::MakeLoss(choice.name, choice.scale, &loss, &error)) << error;
+  return loss;
+}
 
 double GapPercent(double cost, double optimum, std::int64_t edges) {
   const double floor = 1e-6 * static_cast<double>(std::max<std::int64_t>(1, edges));

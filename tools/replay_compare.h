@@ -1,6 +1,7 @@
 // How far an incremental estimate is from the full optimum of the same graph, and from the truth.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -26,6 +27,9 @@ struct LossChoice {
   std::string name = "none";
   double scale = 1;
 };
+
+// Null for "none". The choice must be valid.
+std::shared_ptr<const ceres::LossFunction> MakeSharedLoss(const LossChoice& choice);
 
 // 100 (cost / optimum - 1); an optimum below 1e-6 an edge counts as that much, so that a graph
 // without noise has a gap too. Not a number where the cost is not one.

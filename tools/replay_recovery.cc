@@ -7,8 +7,6 @@ namespace hpgo_cli {
 
 using hpgo::SE2;
 using hpgo::SE3;
-using hpgo::Status;
-using hpgo::StatusCode;
 
 template <typename G>
 hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, double factor,
@@ -17,10 +15,7 @@ hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, do
                                              hpgo::Optimizer<G>* optimizer) {
   constexpr int kReported[] = {1, 2, 5, 10, 20, 50, 100};
   const auto& nodes = graph.nodes();
-  if (nodes.size() < 20 || graph.edges().empty()) {
-    return Status(StatusCode::kInvalidArgument, "a far-off closure needs 20 nodes");
-  }
-  const hpgo::NodeId i = nodes[nodes.size() / 20].id, j = nodes.back().id;
+  const hpgo::NodeId i = nodes[nodes.size() / kMinFarClosureNodes].id, j = nodes.back().id;
   const auto X_i = optimizer->GetPose(i), X_j = optimizer->GetPose(j);
   if (!X_i.ok()) return X_i.status();
   if (!X_j.ok()) return X_j.status();
@@ -33,7 +28,8 @@ hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, do
   Recovery recovery;
   recovery.edge = std::to_string(i) + " -> " + std::to_string(j);
   recovery.offset_m = offset(0);
-  const auto edge = optimizer->AddEdge(i, j, X_i->Between(*X_j).Retract(offset), information);
+  const auto edge = optimizer->AddEdge(i, j, X_i->Between(*X_j).Retract(offset), information,
+                                       MakeSharedLoss(loss));
   if (!edge.ok()) return edge.status();
   const auto error = optimizer->GetEdgeError(*edge);
   if (error.ok()) recovery.edge_chi2 = error->chi2;
@@ -42,8 +38,9 @@ hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, do
   if (!comparison.ok()) return comparison.status();
   recovery.optimum = comparison->optimum;
   int updates = 0;
+  const auto cancelled = [&] { return limits.cancel != nullptr && *limits.cancel; };
   for (const int reported : kReported) {
-    while (updates < reported && !recovery.at_rest) {
+    while (updates < reported && !recovery.at_rest && !cancelled()) {
       const hpgo::UpdateReport report = optimizer->Update(limits);
       if (!report.status.ok()) return report.status;
       ++updates;
@@ -53,7 +50,7 @@ hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, do
     const auto num_edges = static_cast<std::int64_t>(optimizer->num_edges());
     recovery.points.push_back(
         {updates, GapPercent(optimizer->Cost(), recovery.optimum, num_edges)});
-    if (recovery.at_rest || (limits.cancel != nullptr && *limits.cancel)) break;
+    if (recovery.at_rest || cancelled()) break;
   }
   return recovery;
 }

@@ -24,10 +24,12 @@ struct Recovery {
   std::vector<RecoveryPoint> points;
 };
 
+inline constexpr int kMinFarClosureNodes = 20;
+
 // Adds an edge from the newest node to one a twentieth into the map, with the information of the
 // first edge, whose measurement is displaced so that its chi2 is `factor` times the mean of the
-// edges; then updates up to 100 times. kInvalidArgument for a graph too small for that; errors of
-// the full solve.
+// edges; then updates up to 100 times. The graph has kMinFarClosureNodes or more. Errors of the
+// full solve and the updates.
 template <typename G>
 hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, double factor,
                                              const hpgo::UpdateLimits& limits,

@@ -33,6 +33,7 @@ struct ReplayFigures {
   double chi2 = 0, cost = 0;  // at the end
   std::optional<ReferenceError> reference;
   std::optional<Recovery> recovery;
+  hpgo::Status recovery_failure;
 };
 
 inline constexpr double kMegabyte = 1e6;

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <cstdio>
 
-#include "ceres_costs/losses.h"
 #include "glog/logging.h"
 #include "hpgo/io/output_file.h"
 #include "hpgo/replay.h"
@@ -59,11 +58,8 @@ class Replay {
       : graph_(graph),
         settings_(settings),
         optimizer_(*optimizer),
-        steps_(hpgo::ReplaySteps(graph)) {
-    std::unique_ptr<ceres::LossFunction> loss;
-    std::string error;
-    CHECK(ceres_costs::MakeLoss(settings.loss.name, settings.loss.scale, &loss, &error)) << error;
-    loss_ = std::move(loss);
+        steps_(hpgo::ReplaySteps(graph)),
+        loss_(MakeSharedLoss(settings.loss)) {
     limits_.max_seconds = settings.update_seconds;
     limits_.cancel = &CancelFlag();
     if (!settings.stats_csv.empty()) {

@@ -59,6 +59,21 @@ class MovesTest : public testing::Test {
 using Groups = testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(MovesTest, Groups);
 
+TYPED_TEST(MovesTest, SurvivesTheLossOfLevels) {
+  this->Grow(120);
+  this->Visit(0, 0);
+  ASSERT_GE(this->hierarchy_.num_levels(), 3);
+  // Removals queue groups of upper levels for another try, and then drop these levels.
+  while (this->hierarchy_.num_levels() > 1) {
+    this->hierarchy_.RemoveNode(this->nodes_.back());
+    this->nodes_.pop_back();
+    const auto visited = this->Visit(1e9, 1e9);
+    EXPECT_EQ(visited.size(), 0u);
+  }
+  this->hierarchy_.SetWorldPose(0, this->nodes_[2], this->RandomPose(5));
+  EXPECT_EQ(this->Visit(1e-3, 1e-3).count(this->nodes_[2]), 1u);
+}
+
 TYPED_TEST(MovesTest, VisitsAllTheFirstTimeAndNoneTheSecond) {
   this->Grow(50);
   EXPECT_EQ(this->Visit(0.1, 0.1).size(), 50u);

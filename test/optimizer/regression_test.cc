@@ -1,5 +1,6 @@
 // Incremental results against full optimization of the same graph.
 
+#include <limits>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -210,6 +211,20 @@ TYPED_TEST(RegressionTest, UpdatesThatAreGivenTimeUseIt) {
   } while (!report.at_rest && ++updates < 100);
   EXPECT_TRUE(report.at_rest);
   EXPECT_LT(Gap(optimizer), 1e-3);
+}
+
+TYPED_TEST(RegressionTest, WindowsMayBeAsLargeAsTheMap) {
+  const PoseGraph<TypeParam> graph = World<TypeParam>(hpgo::World::kManhattan, 300);
+  OptimizerOptions options;
+  options.window_nodes = options.window_edges = std::numeric_limits<int>::max();
+  Optimizer<TypeParam> optimizer(options);
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<TypeParam>(graph, step, nullptr, &optimizer).ok());
+    ASSERT_TRUE(optimizer.Update().status.ok());
+  }
+  EXPECT_TRUE(optimizer.Refine().at_rest);
+  EXPECT_LT(Gap(optimizer), 1e-6);
+  EXPECT_FALSE(optimizer.Optimize(Mode::kTop).at_rest) << "nobody has looked below";
 }
 
 TYPED_TEST(RegressionTest, TheSameCallsGiveTheSameBits) {

@@ -141,6 +141,8 @@ TEST_F(ReplayCommandTest, AFarOffClosureIsTakenIn) {
   EXPECT_THAT(text.out, HasSubstr("\nclosure 20 -> 399, "));
   EXPECT_THAT(text.out, HasSubstr("\n  gap, % "));
   EXPECT_EQ(RunProgram({"replay", graph, "--far_closure=-1"}).exit_code, kExitUsage);
+  const json robust = Replay(graph, {"--far_closure=1e4", "--loss=huber"});
+  EXPECT_LT(robust.at("far_closure").at("points").back().at("gap_percent"), 1);
   const std::string chain = directory_.Write("chain.g2o", kChain);
   const ProgramResult small = RunProgram({"replay", chain, "--far_closure=10"});
   EXPECT_NE(small.exit_code, kExitOk);
