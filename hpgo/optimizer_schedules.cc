@@ -74,7 +74,7 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
 // held border do slowly: for a while those below the top are larger, and count for more.
 template <typename G>
 WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
-  constexpr double kShareOfTime = 0.34;
+  constexpr double kShareOfTime = 0.5;
   double nodes_scale = 1, edges_scale = 1;
   if (limits_.max_seconds > 0) {
     const double seconds = std::min(kShareOfTime * limits_.max_seconds, SecondsLeft());
@@ -99,7 +99,7 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   if (limits_.max_seconds > 0) {
     sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
     // Level 0 takes the most windows to cover.
-    sweep.max_bottom_windows = 8;
+    sweep.max_bottom_windows = 4;
   }
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;

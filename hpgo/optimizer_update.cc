@@ -133,6 +133,9 @@ void Optimizer<G>::Impl::NoteNewEdges() {
       continue;
     }
     if (mean_chi2_ > 0) strain_ = std::min(strain_ + chi2 / mean_chi2_, kMostStrain);
+    // Taken in by a small part of the map it would bend that beyond what rigid groups can
+    // straighten.
+    if (chi2 > kFarOff * mean_chi2_) sweep_.StartAtTop();
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {

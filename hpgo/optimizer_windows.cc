@@ -27,7 +27,7 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 // Solves the window and takes the result if the cost has fallen.
 template <typename G>
 bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
-  constexpr double kLargestScale = 10, kScaleGrowth = 1.5;
+  constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., options.max_seconds);

@@ -31,6 +31,8 @@ class Sweep {
   // Returns true if it came to rest: no level had work left.
   bool Run(int num_levels, const SweepLimits& limits, double threshold,
            const SweepActions& actions);
+  // The next one begins at the top, wherever a limit hit the last one.
+  void StartAtTop() { start_ = -1; }
 
  private:
   int start_ = -1;  // the level the next update begins with; -1: the top

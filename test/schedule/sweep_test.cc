@@ -76,6 +76,15 @@ TEST(SweepTest, ResumesBelowWhereTheLimitHitIt) {
   EXPECT_EQ(levels.order, "2102");
 }
 
+TEST(SweepTest, StartsAtTheTopWhenTold) {
+  FakeLevels levels{{9, 9, 9}, {1, 1, 1}, "", 1000};
+  Sweep sweep;
+  EXPECT_FALSE(sweep.Run(3, {2, 2}, kThreshold, levels.Actions()));
+  sweep.StartAtTop();
+  EXPECT_FALSE(sweep.Run(3, {2, 2}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "2121");
+}
+
 TEST(SweepTest, ResumesAtTheTopWhereThatHasMorePending) {
   FakeLevels levels{{9, 9, 9}, {1, 1, 5}, "", 1000};
   Sweep sweep;
