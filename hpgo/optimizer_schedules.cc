@@ -65,7 +65,10 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   const double seconds_per_edge = watch.Elapsed() / num_edges;
   const double share = seconds_per_edge_ > 0 ? kNewShare : 1;
   seconds_per_edge_ += share * (seconds_per_edge - seconds_per_edge_);
-  return std::max(1, static_cast<int>(std::lround(num_edges / options_.window_edges)));
+  const double worth =
+      std::max(num_edges / options_.window_edges,
+               static_cast<double>(window_.subproblem().num_free) / options_.window_nodes);
+  return std::max(1, static_cast<int>(std::lround(worth)));
 }
 
 // Of the same work, fewer and larger windows carry a correction further: where time is what bounds
