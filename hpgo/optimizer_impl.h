@@ -123,7 +123,7 @@ class Optimizer<G>::Impl {
   void RunStressSchedule();
   void RunFixedSchedule();
   void SolveFull();
-  bool SolveWindow(int max_iterations,
+  void SolveWindow(int max_iterations,
                    double max_seconds = std::numeric_limits<double>::infinity());
   // Whether time or the caller, not the options, say when to stop.
   bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }

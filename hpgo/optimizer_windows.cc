@@ -26,7 +26,7 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 
 // Solves the window and takes the result if the cost has fallen.
 template <typename G>
-bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
+void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
   SubproblemOptions options;
   options.max_iterations = max_iterations;
@@ -37,13 +37,11 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
-  if (!usable || !(summary.final_cost < summary.initial_cost)) return false;
-  if (!LevelBelowGains()) return false;
+  if (!usable || !(summary.final_cost < summary.initial_cost) || !LevelBelowGains()) return;
   window_.Commit(&hierarchy_);
   NoteMotions();
   report_.cost_decrease += summary.initial_cost - summary.final_cost;
   RecordChanges(summary);
-  return true;
 }
 
 // Whether the edges that the window's were made from agree that the cost falls. A coarse edge says

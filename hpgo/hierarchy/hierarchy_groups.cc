@@ -4,6 +4,7 @@
 
 #include "hpgo/hierarchy/grouping.h"
 #include "hpgo/hierarchy/hierarchy.h"
+#include "hpgo/hierarchy/siblings.h"
 
 namespace hpgo {
 
@@ -13,10 +14,7 @@ void Hierarchy<G>::Attach(int l, Index n, Index group) {
   LevelNode<G>& parent = levels_[l + 1]->nodes[group];
   node.pose = WorldPose(l + 1, group).Between(node.pose).Normalized();
   node.parent = group;
-  node.next_sibling = parent.first_child;
-  node.prev_sibling = kNone;
-  if (parent.first_child != kNone) levels_[l]->nodes[parent.first_child].prev_sibling = n;
-  parent.first_child = n;
+  LinkSibling(n, &parent.first_child, &levels_[l]->nodes);
   ++parent.num_children;
   if (node.fixed > 0) AddFixed(l + 1, group, 1);
   if (tracking_) {
@@ -40,15 +38,8 @@ void Hierarchy<G>::Detach(int l, Index n) {
   }
   ForEachEdge(*levels_[l], n, [&](Index e, Index) { Unlift(l, e); });
   LevelNode<G>& parent = levels_[l + 1]->nodes[group];
-  if (node.prev_sibling == kNone) {
-    parent.first_child = node.next_sibling;
-  } else {
-    levels_[l]->nodes[node.prev_sibling].next_sibling = node.next_sibling;
-  }
-  if (node.next_sibling != kNone) {
-    levels_[l]->nodes[node.next_sibling].prev_sibling = node.prev_sibling;
-  }
-  node.parent = node.next_sibling = node.prev_sibling = kNone;
+  UnlinkSibling(n, &parent.first_child, &levels_[l]->nodes);
+  node.parent = kNone;
   node.pose = pose.Normalized();
   --parent.num_children;
   if (node.fixed > 0) AddFixed(l + 1, group, -1);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "hpgo/hierarchy/hierarchy.h"
+#include "hpgo/hierarchy/siblings.h"
 
 namespace hpgo {
 
@@ -144,10 +145,7 @@ void Hierarchy<G>::Lift(int l, Index e) {
   }
   LevelEdge& parent = levels_[l + 1]->edges[f];
   edge.parent = f;
-  edge.next_sibling = parent.first_child;
-  edge.prev_sibling = kNone;
-  if (parent.first_child != kNone) levels_[l]->edges[parent.first_child].prev_sibling = e;
-  parent.first_child = e;
+  LinkSibling(e, &parent.first_child, &levels_[l]->edges);
   ++parent.num_children;
   AddWeight(l + 1, f, edge.weight);
   MarkAncestorsDirty(l, e);
@@ -159,15 +157,8 @@ void Hierarchy<G>::Unlift(int l, Index e) {
   const Index f = edge.parent;
   if (f == kNone) return;
   LevelEdge& parent = levels_[l + 1]->edges[f];
-  if (edge.prev_sibling == kNone) {
-    parent.first_child = edge.next_sibling;
-  } else {
-    levels_[l]->edges[edge.prev_sibling].next_sibling = edge.next_sibling;
-  }
-  if (edge.next_sibling != kNone) {
-    levels_[l]->edges[edge.next_sibling].prev_sibling = edge.prev_sibling;
-  }
-  edge.parent = edge.next_sibling = edge.prev_sibling = kNone;
+  UnlinkSibling(e, &parent.first_child, &levels_[l]->edges);
+  edge.parent = kNone;
   --parent.num_children;
   AddWeight(l + 1, f, -edge.weight);
   if (parent.num_children == 0) {
