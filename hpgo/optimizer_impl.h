@@ -139,6 +139,7 @@ class Optimizer<G>::Impl {
   void RecordChanges(const SubproblemSummary& summary);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;
+  double UsualWindowSeconds(int l) const;
   WindowLimits NextWindow(int l) const;
 
   OptimizerOptions options_;
@@ -177,8 +178,9 @@ class Optimizer<G>::Impl {
   UpdateLimits limits_;
   Clock::time_point started_;
   bool refining_ = false;
-  double largest_scale_ = 1;     // of windows, over the options' size
-  double seconds_per_edge_ = 0;  // of recent windows; 0: none yet
+  double largest_scale_ = 1;  // of windows, over the options' size
+  // By level, of recent windows: seconds over edges to the power of kFillGrowth; 0: none yet.
+  std::vector<double> window_seconds_;
 };
 
 }  // namespace hpgo

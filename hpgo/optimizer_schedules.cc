@@ -7,6 +7,12 @@
 #include "hpgo/optimizer_impl.h"
 
 namespace hpgo {
+namespace {
+
+// The time of a window grows with this power of its edges: the factorization fills in.
+constexpr double kFillGrowth = 1.3;
+
+}  // namespace
 
 template <typename G>
 bool Optimizer<G>::Impl::TopIsSmall() const {
@@ -29,7 +35,8 @@ bool Optimizer<G>::Impl::IsStopped() const {
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
 int Optimizer<G>::Impl::ServeStressed(int l) {
-  constexpr double kNewShare = 0.2;
+  // Rather too small a window than an update that takes too long.
+  constexpr double kShareOfFaster = 0.2, kShareOfSlower = 0.5;
   FoundWork work;
   {
     const Stopwatch watch(&report_.examine_seconds);
@@ -62,13 +69,23 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   if (!window_.Build(l, seeds, NextWindow(l), &hierarchy_)) return 1;
   SolveWindow(options_.window_iterations);
   const double num_edges = static_cast<double>(window_.edges().size());
-  const double seconds_per_edge = watch.Elapsed() / num_edges;
-  const double share = seconds_per_edge_ > 0 ? kNewShare : 1;
-  seconds_per_edge_ += share * (seconds_per_edge - seconds_per_edge_);
+  const double seconds = watch.Elapsed() / std::pow(num_edges, kFillGrowth);
+  double& mean = window_seconds_[l];
+  const double share = mean == 0 ? 1 : seconds > mean ? kShareOfSlower : kShareOfFaster;
+  mean += share * (seconds - mean);
   const double worth =
       std::max(num_edges / options_.window_edges,
                static_cast<double>(window_.subproblem().num_free) / options_.window_nodes);
   return std::max(1, static_cast<int>(std::lround(worth)));
+}
+
+// What a window of the options' size takes on a level, by recent ones there or, where there was
+// none yet, on the slowest level; 0 without any.
+template <typename G>
+double Optimizer<G>::Impl::UsualWindowSeconds(int l) const {
+  double seconds = window_seconds_[l];
+  if (seconds == 0) seconds = *std::max_element(window_seconds_.begin(), window_seconds_.end());
+  return seconds * std::pow(options_.window_edges, kFillGrowth);
 }
 
 // Of the same work, fewer and larger windows carry a correction further: where time is what bounds
@@ -81,8 +98,11 @@ WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
   double nodes_scale = 1, edges_scale = 1;
   if (limits_.max_seconds > 0) {
     const double seconds = std::min(kShareOfTime * limits_.max_seconds, SecondsLeft());
-    const double usual = seconds_per_edge_ * options_.window_edges;
-    if (usual > 0) nodes_scale = edges_scale = std::clamp(seconds / usual, 1., largest_scale_);
+    const double usual = UsualWindowSeconds(l);
+    if (usual > 0 && seconds > usual) {
+      nodes_scale = edges_scale =
+          std::min(std::pow(seconds / usual, 1 / kFillGrowth), largest_scale_);
+    }
   } else if (refining_) {
     nodes_scale = edges_scale = largest_scale_;
   } else if (strain_ > kFarOff && l > 0 && l >= hierarchy_.num_levels() - 2) {
@@ -97,6 +117,7 @@ WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
 
 template <typename G>
 void Optimizer<G>::Impl::RunStressSchedule() {
+  window_seconds_.resize(hierarchy_.num_levels());
   SweepLimits sweep;
   sweep.max_windows = options_.max_windows;
   if (limits_.max_seconds > 0) {
@@ -106,21 +127,22 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   }
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;
+  const auto stop = [&](int l) {
+    // One window is made at least: else nothing would ever be done in too short a time.
+    if (report_.windows + report_.top_solves == 0) {
+      return limits_.cancel != nullptr && *limits_.cancel;
+    }
+    return IsStopped() || SecondsLeft() < UsualWindowSeconds(l);
+  };
+  actions.stop = stop;
   actions.serve = [&](int l) {
     // Windows below have moved what this level's edges were made from; as long as they have not
     // been merged again, windows here could undo it.
     if (l > previous) MergeDirtyEdges();
     previous = l;
-    return hierarchy_.level(l).dirty.empty() ? ServeStressed(l) : 0;
+    return hierarchy_.level(l).dirty.empty() && !stop(l) ? ServeStressed(l) : 0;
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
-  actions.stop = [&] {
-    // One window is made at least: else nothing would ever be done in too short a time.
-    if (report_.windows + report_.top_solves == 0) {
-      return limits_.cancel != nullptr && *limits_.cancel;
-    }
-    return IsStopped() || SecondsLeft() < seconds_per_edge_ * options_.window_edges;
-  };
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);
   // A search or a merge that has done its share may have left some for the next update.
   for (int l = 0; l < hierarchy_.num_levels(); ++l) {

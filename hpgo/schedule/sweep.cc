@@ -15,7 +15,7 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
   int windows = 0, bottom_windows = 0, idle = 0;  // idle: levels in a row without work
   bool skipped = false;  // a level had served its share and was passed over
   while (idle < num_levels) {
-    const bool stop = actions.stop && actions.stop();
+    const bool stop = actions.stop && actions.stop(level);
     if (windows >= limits.max_windows || stop) {
       for (int k = 0; k < num_levels; ++k) {
         const int next = (level - k + num_levels) % num_levels;

@@ -19,8 +19,8 @@ struct SweepActions {
   std::function<int(int level)> serve;
   // The largest pending of a level, in sqrt(chi2).
   std::function<double(int level)> largest_pending;
-  // Optional: true ends the sweep (a time limit, cancellation).
-  std::function<bool()> stop;
+  // Optional: true ends the sweep before this level is served (a time limit, cancellation).
+  std::function<bool(int level)> stop;
 };
 
 // Serves levels top to bottom, in turns, until none finds work or a limit is hit. Remembers where a

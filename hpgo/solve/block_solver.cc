@@ -18,6 +18,9 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
+// Of the diagonal. Less makes a matrix definite, but hardly a step shorter.
+constexpr double kUsefulDamping = 1e-2;
+constexpr double kShortest = 0.05;  // of the Gauss-Newton step
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
@@ -107,39 +110,76 @@ class BlockSolver : public SubproblemSolver<G> {
     return cost;
   }
 
-  // Raises the damping until the cost falls.
+  // The Gauss-Newton step; where that overshoots a shorter one, which costs no factorization; then
+  // more and more damping until the cost falls.
   StepResult Step(double cost, double* damping, SubproblemSummary* summary) {
     StepResult result;
-    const int n = problem_->num_free;
-    trial_ = problem_->poses;
-    for (; *damping <= kMaxDamping; *damping = std::max(10 * *damping, kMinDamping)) {
+    while (*damping <= kMaxDamping) {
       if (*damping > 0) summary->damped = true;
-      if (!system_.Factorize(*damping)) continue;
-      std::vector<double>& gradient = system_.gradient();
-      step_.resize(gradient.size());
-      for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient[k];
-      system_.Solve(step_.data());
-      double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
-      for (int k = 0; k < n; ++k) {
-        const std::size_t at = static_cast<std::size_t>(k) * G::kDof;
-        const Vector d(&step_[at]);
-        descent -= d.dot(Vector(&gradient[at]));
-        scaled += d.dot(system_.Diagonal(k).diagonal().cwiseProduct(d));
-        trial_[k] = problem_->poses[k].Retract(d);
+      const bool factorized = system_.Factorize(*damping);
+      if (factorized) {
+        const double promised = FindStep(*damping);
+        if (std::isinf(result.promised)) result.promised = promised;
+        if (Try(1, cost, promised, &result)) {
+          *damping = LessDamping(*damping, (cost - result.cost) / promised);
+          return result;
+        }
+        if (*damping == 0 && std::isfinite(result.cost)) {
+          summary->damped = true;
+          const double t = BestLength(promised, result.cost - cost);
+          if (t > kShortest && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
+        }
       }
-      result.predicted = descent + *damping * scaled;
-      if (std::isinf(result.promised)) result.promised = result.predicted;
-      result.cost = system_.Cost(trial_);
-      // Rounding hides a decrease of this size: take the step as it is.
-      const double noise = 1e-14 * cost;
-      if (result.cost < cost || (result.cost <= cost + noise && result.predicted <= noise)) {
-        result.accepted = true;
-        problem_->poses.swap(trial_);
-        *damping = *damping <= kMinDamping ? 0 : *damping / 10;
-        return result;
-      }
+      *damping = std::max(10 * *damping, factorized ? kUsefulDamping : kMinDamping);
     }
     return result;
+  }
+
+  // Sets step_; returns the decrease of the damped quadratic model.
+  double FindStep(double damping) {
+    std::vector<double>& gradient = system_.gradient();
+    step_.resize(gradient.size());
+    for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient[k];
+    system_.Solve(step_.data());
+    double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
+    for (int k = 0; k < problem_->num_free; ++k) {
+      const std::size_t at = static_cast<std::size_t>(k) * G::kDof;
+      const Vector d(&step_[at]);
+      descent -= d.dot(Vector(&gradient[at]));
+      scaled += d.dot(system_.Diagonal(k).diagonal().cwiseProduct(d));
+    }
+    return descent + damping * scaled;
+  }
+
+  // Moves the poses by a part of step_ if the cost falls.
+  bool Try(double part, double cost, double predicted, StepResult* result) {
+    trial_ = problem_->poses;
+    for (int k = 0; k < problem_->num_free; ++k) {
+      const Vector d(&step_[static_cast<std::size_t>(k) * G::kDof]);
+      trial_[k] = problem_->poses[k].Retract(part * d);
+    }
+    result->predicted = predicted;
+    result->cost = system_.Cost(trial_);
+    // Rounding hides a decrease of this size: take the step as it is.
+    const double noise = 1e-14 * cost;
+    result->accepted = result->cost < cost || (result->cost <= cost + noise && predicted <= noise);
+    if (result->accepted) problem_->poses.swap(trial_);
+    return result->accepted;
+  }
+
+  // Where to end along a step that raised the cost by `rise` and not lowered it by `promised`: what
+  // the quadratic model misses grows with the third power of the length t, so that the minimum is
+  // that of -promised (2 t - t^2) + missed t^3.
+  static double BestLength(double promised, double rise) {
+    const double missed = rise + promised;
+    return (std::sqrt(promised * (promised + 6 * missed)) - promised) / (3 * missed);
+  }
+
+  // After a step that gained `share` of what it promised; Nielsen's rule.
+  static double LessDamping(double damping, double share) {
+    const double q = 2 * std::clamp(share, 0., 1.) - 1;
+    damping *= std::max(0.1, 1 - q * q * q);
+    return damping < kUsefulDamping ? 0 : damping;
   }
 
   Subproblem<G>* problem_ = nullptr;

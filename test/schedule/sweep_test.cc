@@ -27,7 +27,7 @@ struct FakeLevels {
     actions.largest_pending = [this](int level) {
       return pending.empty() ? static_cast<double>(work[level]) : pending[level];
     };
-    actions.stop = [this] { return static_cast<int>(order.size()) >= stop_after; };
+    actions.stop = [this](int) { return static_cast<int>(order.size()) >= stop_after; };
     return actions;
   }
 };

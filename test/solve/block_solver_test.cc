@@ -1,6 +1,8 @@
 #include "hpgo/solve/block_solver.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <deque>
 #include <limits>
 #include <memory>
@@ -344,6 +346,59 @@ TYPED_TEST(BlockSolverTest, AFreeGaugeIsDamped) {
   const SubproblemSummary summary = this->solver_->Solve(ToConvergence(), &free.subproblem);
   ASSERT_TRUE(summary.status.ok()) << summary.status.ToString();
   EXPECT_NEAR(summary.final_cost, expected.final_cost, 1e-8 * expected.final_cost);
+}
+
+// A prior with the residual atan(x): from beyond 1.39 a full step lands farther away. Counts its
+// evaluations.
+template <typename G>
+class AtanPrior : public ceres::CostFunction {
+ public:
+  AtanPrior() {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->assign(1, G::kParams);
+  }
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
+    residuals[0] = std::atan(x[0][0]);
+    if (jacobians == nullptr) {
+      ++num_costs;
+      return true;
+    }
+    ++num_jacobians;
+    std::fill_n(jacobians[0], G::kParams, 0.);
+    jacobians[0][0] = 1 / (1 + x[0][0] * x[0][0]);
+    return true;
+  }
+  mutable int num_costs = 0, num_jacobians = 0;
+};
+
+TYPED_TEST(BlockSolverTest, AStepThatOvershootsIsShortened) {
+  using G = TypeParam;
+  constexpr double kStart = 2;
+  const double full_step = -std::atan(kStart) * (1 + kStart * kStart);
+  AtanPrior<G> cost;
+  Subproblem<G> problem;
+  typename G::Tangent start = G::Tangent::Zero();
+  start[0] = kStart;
+  problem.poses.assign(1, G().Retract(start));
+  problem.num_free = 1;
+  problem.factors.resize(1);
+  problem.factors[0].custom = &cost;
+  SubproblemOptions options = ToConvergence();
+  options.max_iterations = 1;
+  const SubproblemSummary summary = this->solver_->Solve(options, &problem);
+  EXPECT_TRUE(summary.damped);
+  EXPECT_LT(summary.final_cost, summary.initial_cost);
+  EXPECT_EQ(cost.num_jacobians, 1);
+  EXPECT_EQ(cost.num_costs, 2) << "the full step and a shorter one";
+  const double part = (problem.poses[0].data()[0] - kStart) / full_step;
+  EXPECT_GT(part, 0.05);
+  EXPECT_LT(part, 0.6);
+  const double promised = std::atan(kStart) * std::atan(kStart);
+  EXPECT_NEAR(summary.predicted_decrease, promised * (2 * part - part * part), 1e-12);
+
+  const SubproblemSummary rest = this->solver_->Solve(ToConvergence(), &problem);
+  EXPECT_TRUE(rest.converged);
+  EXPECT_NEAR(problem.poses[0].data()[0], 0, 1e-6);
 }
 
 TYPED_TEST(BlockSolverTest, AFailedSolveLeavesThePosesAsTheyWere) {
