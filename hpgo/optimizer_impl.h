@@ -127,6 +127,7 @@ class Optimizer<G>::Impl {
                    double max_seconds = std::numeric_limits<double>::infinity());
   // Whether time or the caller, not the options, say when to stop.
   bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }
+  bool Struggles() const;
   double SecondsLeft() const;
   bool IsStopped() const;
   bool LevelBelowGains() const;
@@ -159,6 +160,7 @@ class Optimizer<G>::Impl {
   // far-off closure is being taken in.
   static constexpr double kFarOff = 3e3;
   double strain_ = 0;
+  bool damped_ = false, damped_last_ = false;  // windows of this update, of the last
 
   // Held for want of a fixed node or prior, one a component; the value orders them by age.
   std::map<Index, std::int64_t> anchors_;

@@ -32,9 +32,11 @@ struct OptimizerOptions {
   int max_top_edges = 1500;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   Schedule schedule = Schedule::kStress;
-  int window_nodes = 200;     // P: free nodes of a window
-  int window_edges = 1000;    // edges of a window
-  int max_windows = 6;        // M: windows an update. More: faster convergence, longer updates
+  int window_nodes = 200;   // P: free nodes of a window
+  int window_edges = 1000;  // edges of a window
+  // M: windows an update, twice as many while a far-off closure needs damped steps. More: faster
+  // convergence, longer updates.
+  int max_windows = 6;
   int window_iterations = 1;  // of a window's solve, and of the top's
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
   double stress_threshold = 5e-4;

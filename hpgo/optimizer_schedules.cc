@@ -32,6 +32,14 @@ bool Optimizer<G>::Impl::IsStopped() const {
   return (limits_.cancel != nullptr && *limits_.cancel) || SecondsLeft() < 0;
 }
 
+// Whether a far-off closure is being taken in at the default cap, and steps are too long for it:
+// until they are not, updates are larger.
+template <typename G>
+bool Optimizer<G>::Impl::Struggles() const {
+  return options_.schedule == Schedule::kStress && strain_ > kFarOff && damped_last_ &&
+         !IsUncapped();
+}
+
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
 int Optimizer<G>::Impl::ServeStressed(int l) {
@@ -124,6 +132,9 @@ void Optimizer<G>::Impl::RunStressSchedule() {
     sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
     // Level 0 takes the most windows to cover.
     sweep.max_bottom_windows = 4;
+  } else if (Struggles()) {
+    sweep.max_windows = 2 * std::min(sweep.max_windows, std::numeric_limits<int>::max() / 2);
+    sweep.max_windows_per_level *= 2;
   }
   SweepActions actions;
   int previous = hierarchy_.num_levels() - 1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "ceres_costs/factor_term.h"
 #include "glog/logging.h"
@@ -29,6 +30,7 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   report_ = UpdateReport();
   limits_ = limits;
   started_ = Clock::now();
+  damped_last_ = std::exchange(damped_, false);
   G newest_before;
   {
     const Stopwatch total(&report_.seconds);

@@ -28,11 +28,22 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 template <typename G>
 void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
+  constexpr int kMoreIterations = 2;
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., options.max_seconds);
   options.cancel = limits_.cancel;
-  const SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  damped_ |= summary.damped;
+  if (summary.damped && summary.status.ok() && max_iterations <= kMoreIterations && Struggles()) {
+    // Bent so far, a window goes a short way with a step.
+    options.max_iterations = kMoreIterations;
+    const SubproblemSummary more = solver_->Solve(options, &window_.subproblem());
+    if (more.status.ok()) {
+      summary.final_cost = more.final_cost;
+      summary.predicted_decrease += more.predicted_decrease;
+    }
+  }
   report_.solved_nodes += window_.subproblem().num_free;
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
