@@ -140,6 +140,8 @@ class Optimizer<G>::Impl {
   void RecordChanges(const SubproblemSummary& summary);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;
+  double Worth();
+  void LearnWindowSeconds(double elapsed);
   double UsualWindowSeconds(int l) const;
   WindowLimits NextWindow(int l) const;
 
@@ -160,7 +162,7 @@ class Optimizer<G>::Impl {
   // far-off closure is being taken in.
   static constexpr double kFarOff = 3e3;
   double strain_ = 0;
-  bool damped_ = false, damped_last_ = false;  // windows of this update, of the last
+  bool damped_ = false, damped_last_ = false;  // whether a solve of this, of the last update was
 
   // Held for want of a fixed node or prior, one a component; the value orders them by age.
   std::map<Index, std::int64_t> anchors_;
@@ -181,7 +183,7 @@ class Optimizer<G>::Impl {
   Clock::time_point started_;
   bool refining_ = false;
   double largest_scale_ = 1;  // of windows, over the options' size
-  // By level, of recent windows: seconds over edges to the power of kFillGrowth; 0: none yet.
+  // By level, what recent windows would have taken at the options' size; 0: none yet.
   std::vector<double> window_seconds_;
 };
 

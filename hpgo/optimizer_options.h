@@ -37,7 +37,8 @@ struct OptimizerOptions {
   // M: windows an update, twice as many while a far-off closure needs damped steps. More: faster
   // convergence, longer updates.
   int max_windows = 6;
-  int window_iterations = 1;  // of a window's solve, and of the top's
+  // Of a window's solve, and of the top's; a few more for damped ones as long as that lasts.
+  int window_iterations = 1;
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
   double stress_threshold = 5e-4;
   int max_examined = 300;  // C: edges looked at in one search for work

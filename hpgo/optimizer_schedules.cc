@@ -9,7 +9,7 @@
 namespace hpgo {
 namespace {
 
-// The time of a window grows with this power of its edges: the factorization fills in.
+// The time of a window grows with this power of its size: the factorization fills in.
 constexpr double kFillGrowth = 1.3;
 
 }  // namespace
@@ -43,8 +43,6 @@ bool Optimizer<G>::Impl::Struggles() const {
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
 int Optimizer<G>::Impl::ServeStressed(int l) {
-  // Rather too small a window than an update that takes too long.
-  constexpr double kShareOfFaster = 0.2, kShareOfSlower = 0.5;
   FoundWork work;
   {
     const Stopwatch watch(&report_.examine_seconds);
@@ -59,6 +57,7 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
     const Stopwatch watch(&report_.top_seconds);
     ++report_.top_solves;
     SolveLevel(l, options_.window_iterations);
+    LearnWindowSeconds(watch.Elapsed());
     return 1;
   }
   const Stopwatch watch(&report_.window_seconds);
@@ -76,24 +75,36 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   ++report_.windows;
   if (!window_.Build(l, seeds, NextWindow(l), &hierarchy_)) return 1;
   SolveWindow(options_.window_iterations);
-  const double num_edges = static_cast<double>(window_.edges().size());
-  const double seconds = watch.Elapsed() / std::pow(num_edges, kFillGrowth);
-  double& mean = window_seconds_[l];
+  LearnWindowSeconds(watch.Elapsed());
+  return std::max(1, static_cast<int>(std::lround(Worth())));
+}
+
+// How many windows of the options' size the last one is.
+template <typename G>
+double Optimizer<G>::Impl::Worth() {
+  return std::max(static_cast<double>(window_.edges().size()) / options_.window_edges,
+                  static_cast<double>(window_.subproblem().num_free) / options_.window_nodes);
+}
+
+// Small windows say little about large ones.
+template <typename G>
+void Optimizer<G>::Impl::LearnWindowSeconds(double elapsed) {
+  constexpr double kSmall = 0.5;
+  // Rather too small a window than an update that takes too long.
+  constexpr double kShareOfFaster = 0.2, kShareOfSlower = 0.5;
+  if (Worth() < kSmall) return;
+  const double seconds = elapsed / std::pow(Worth(), kFillGrowth);
+  double& mean = window_seconds_[window_.level()];
   const double share = mean == 0 ? 1 : seconds > mean ? kShareOfSlower : kShareOfFaster;
   mean += share * (seconds - mean);
-  const double worth =
-      std::max(num_edges / options_.window_edges,
-               static_cast<double>(window_.subproblem().num_free) / options_.window_nodes);
-  return std::max(1, static_cast<int>(std::lround(worth)));
 }
 
 // What a window of the options' size takes on a level, by recent ones there or, where there was
 // none yet, on the slowest level; 0 without any.
 template <typename G>
 double Optimizer<G>::Impl::UsualWindowSeconds(int l) const {
-  double seconds = window_seconds_[l];
-  if (seconds == 0) seconds = *std::max_element(window_seconds_.begin(), window_seconds_.end());
-  return seconds * std::pow(options_.window_edges, kFillGrowth);
+  const double own = window_seconds_[l];
+  return own > 0 ? own : *std::max_element(window_seconds_.begin(), window_seconds_.end());
 }
 
 // Of the same work, fewer and larger windows carry a correction further: where time is what bounds
@@ -143,7 +154,8 @@ void Optimizer<G>::Impl::RunStressSchedule() {
     if (report_.windows + report_.top_solves == 0) {
       return limits_.cancel != nullptr && *limits_.cancel;
     }
-    return IsStopped() || SecondsLeft() < UsualWindowSeconds(l);
+    return IsStopped() || (LargestPending(l, hierarchy_) > thresholds_.pending &&
+                           SecondsLeft() < UsualWindowSeconds(l));
   };
   actions.stop = stop;
   actions.serve = [&](int l) {

@@ -35,16 +35,18 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   options.cancel = limits_.cancel;
   SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
   damped_ |= summary.damped;
-  if (summary.damped && summary.status.ok() && max_iterations <= kMoreIterations && Struggles()) {
+  report_.solved_nodes += window_.subproblem().num_free;
+  if (summary.damped && summary.status.ok() && summary.final_cost < summary.initial_cost &&
+      max_iterations <= kMoreIterations && Struggles()) {
     // Bent so far, a window goes a short way with a step.
     options.max_iterations = kMoreIterations;
     const SubproblemSummary more = solver_->Solve(options, &window_.subproblem());
-    if (more.status.ok()) {
+    report_.solved_nodes += window_.subproblem().num_free;
+    if (more.status.code() != StatusCode::kNoSolution) {
       summary.final_cost = more.final_cost;
       summary.predicted_decrease += more.predicted_decrease;
     }
   }
-  report_.solved_nodes += window_.subproblem().num_free;
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);

@@ -18,7 +18,8 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kMinDamping = 1e-12;
 constexpr double kMaxDamping = 1e12;
-// Of the diagonal. Less makes a matrix definite, but hardly a step shorter.
+// Of the diagonal. Less may make a matrix definite; where a step is too long, a shorter one along
+// it does as well.
 constexpr double kUsefulDamping = 1e-2;
 constexpr double kShortest = 0.05;  // of the Gauss-Newton step
 // Of chi2: what rounding leaves where there is no noise.
@@ -124,7 +125,7 @@ class BlockSolver : public SubproblemSolver<G> {
           *damping = LessDamping(*damping, (cost - result.cost) / promised);
           return result;
         }
-        if (*damping == 0 && std::isfinite(result.cost)) {
+        if (*damping < kUsefulDamping && std::isfinite(result.cost)) {
           summary->damped = true;
           const double t = BestLength(promised, result.cost - cost);
           if (t > kShortest && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
@@ -135,7 +136,8 @@ class BlockSolver : public SubproblemSolver<G> {
     return result;
   }
 
-  // Sets step_; returns the decrease of the damped quadratic model.
+  // Sets step_, the minimum of the damped quadratic model; returns how much the undamped one
+  // decreases.
   double FindStep(double damping) {
     std::vector<double>& gradient = system_.gradient();
     step_.resize(gradient.size());

@@ -14,7 +14,8 @@ struct FakeLevels {
   std::vector<double> pending;
   std::string order;  // the levels served, in turn
   int stop_after = 1000;
-  int worth = 1;  // of a window
+  int worth = 1;        // of a window
+  int stop_level = -1;  // stops before serving it
 
   SweepActions Actions() {
     SweepActions actions;
@@ -27,7 +28,9 @@ struct FakeLevels {
     actions.largest_pending = [this](int level) {
       return pending.empty() ? static_cast<double>(work[level]) : pending[level];
     };
-    actions.stop = [this](int) { return static_cast<int>(order.size()) >= stop_after; };
+    actions.stop = [this](int level) {
+      return level == stop_level || static_cast<int>(order.size()) >= stop_after;
+    };
     return actions;
   }
 };
@@ -51,6 +54,17 @@ TEST(SweepTest, KeepsTheShareOfALevel) {
   FakeLevels levels{{5, 0, 1}, {}, "", 1000};
   EXPECT_FALSE(Sweep().Run(3, {100, 2}, kThreshold, levels.Actions())) << "work is left";
   EXPECT_EQ(levels.order, "200");
+}
+
+TEST(SweepTest, StopsBeforeALevelThatWouldTakeTooLong) {
+  FakeLevels levels{{9, 9, 9}, {}, "", 1000, 1, 1};
+  Sweep sweep;
+  EXPECT_FALSE(sweep.Run(3, {100, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "2");
+  levels.stop_level = -1;
+  levels.pending = {1, 1, 1};
+  EXPECT_FALSE(sweep.Run(3, {1, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "21") << "the next goes on there";
 }
 
 TEST(SweepTest, ALargerWindowCountsForMore) {
