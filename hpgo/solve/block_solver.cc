@@ -125,7 +125,7 @@ class BlockSolver : public SubproblemSolver<G> {
           *damping = LessDamping(*damping, (cost - result.cost) / promised);
           return result;
         }
-        if (*damping < kUsefulDamping && std::isfinite(result.cost)) {
+        if (*damping == 0 && std::isfinite(result.cost)) {
           summary->damped = true;
           const double t = BestLength(promised, result.cost - cost);
           if (t > kShortest && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
