@@ -79,8 +79,9 @@ struct Motion {
 struct UpdateReport {
   // kNoSolution: a solve failed numerically; it changed nothing. The rest was done.
   Status status;
-  bool at_rest = false;  // nothing stressed is left; known to Schedule::kStress only
-  int new_nodes = 0;     // inserted by this update
+  // Nothing stressed is left, or Refine no longer gets anywhere; known to Schedule::kStress only.
+  bool at_rest = false;
+  int new_nodes = 0;  // inserted by this update
   int new_edges = 0;
   int merged_edges = 0;  // coarse edges computed anew
   int examined_edges = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "hpgo/optimizer_impl.h"
 
@@ -61,6 +62,17 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   // Ill-conditioned graphs go on gaining: then below kDeep as well, while a round gains this share.
   constexpr double kWorthwhile = 1e-5;
   constexpr double kShortest = 1e-9;  // s; 0 would be no limit
+  // Where the levels' models disagree, windows may undo each other's work for ever. So the cost is
+  // looked at after the work of so many passes over the graph, and whenever that has doubled.
+  constexpr double kPasses = 50, kStandstill = 1e-6;  // the latter of the cost
+  double work = 0, next_look = 0, cost_at_look = std::numeric_limits<double>::infinity();
+  const auto stands_still = [&] {
+    if (next_look == 0) next_look = kPasses * hierarchy_.level(0).num_nodes;
+    if (work < next_look) return false;
+    next_look = 2 * work;
+    const double before = std::exchange(cost_at_look, Cost());
+    return before - cost_at_look < kStandstill * cost_at_look;
+  };
   double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
@@ -85,7 +97,8 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
     refining_ = false;
     Accumulate(step, &sum);
     if (!step.status.ok()) break;
-    sum.at_rest = step.at_rest;
+    work += step.solved_nodes;
+    sum.at_rest = step.at_rest || stands_still();
     if (sum.at_rest) {
       // A sample's mean may be far above what is left.
       const double tau = thresholds_.tau;
@@ -97,6 +110,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
       SetThresholds();
       if (deeper || thresholds_.tau < 0.5 * tau) {
         QueueAll();
+        work = next_look = 0;
         sum.at_rest = false;
       }
     }

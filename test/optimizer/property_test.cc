@@ -279,6 +279,9 @@ class PropertyTest : public testing::Test {};
 using Groups = testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(PropertyTest, Groups);
 
+// In 3D, the levels of this one undid each other's work: Refine did not come to rest.
+TYPED_TEST(PropertyTest, RefineEndsWhereItGetsNowhere) { Sequence<TypeParam>(4242).Run(); }
+
 TYPED_TEST(PropertyTest, RandomSequences) {
   const char* one = std::getenv("HPGO_SEED");
   const char* many = std::getenv("HPGO_SEQUENCES");
