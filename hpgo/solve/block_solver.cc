@@ -177,8 +177,10 @@ class BlockSolver : public SubproblemSolver<G> {
     return (std::sqrt(promised * (promised + 6 * missed)) - promised) / (3 * missed);
   }
 
-  // After a step that gained `share` of what it promised; Nielsen's rule.
+  // After a step that gained `share` of what it promised: Nielsen's rule, unless the damping was
+  // for the matrix to be definite.
   static double LessDamping(double damping, double share) {
+    if (damping < kUsefulDamping) return damping <= kMinDamping ? 0 : damping / 10;
     const double q = 2 * std::clamp(share, 0., 1.) - 1;
     damping *= std::max(0.1, 1 - q * q * q);
     return damping < kUsefulDamping ? 0 : damping;
