@@ -86,9 +86,10 @@ class Optimizer {
   UpdateReport Update(const UpdateLimits& limits = {});
   // The same with another mode than that of the options.
   UpdateReport Optimize(Mode mode, const UpdateLimits& limits = {});
-  // Idle work: updates until nothing is stressed, then again at a tenth and a hundredth of the
-  // threshold, each time after one look at every edge; or until a limit is hit, to be called again.
-  // The schedules kNewEdges and kNewestNode know no rest: they make one update.
+  // Idle work: updates until nothing is stressed, or the cost no longer falls, then again at a
+  // tenth and a hundredth of the threshold, each time after one look at every edge; or until a
+  // limit is hit, to be called again. The schedules kNewEdges and kNewestNode know no rest: they
+  // make one update.
   UpdateReport Refine(const UpdateLimits& limits = {});
 
   // --- Asking. Poses cost O(levels) each.
