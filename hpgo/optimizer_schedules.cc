@@ -113,7 +113,7 @@ double Optimizer<G>::Impl::UsualWindowSeconds(int l) const {
 // held border do slowly: for a while those below the top are larger, and count for more.
 template <typename G>
 WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
-  constexpr double kShareOfTime = 0.5;
+  constexpr double kShareOfTime = 0.3;
   double nodes_scale = 1, edges_scale = 1;
   if (limits_.max_seconds > 0) {
     const double seconds = std::min(kShareOfTime * limits_.max_seconds, SecondsLeft());
