@@ -65,9 +65,10 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   // Where the levels' models disagree, windows may undo each other's work for ever. So the cost is
   // looked at after the work of so many passes over the graph, and whenever that has doubled.
   constexpr double kPasses = 50, kStandstill = 1e-6;  // the latter of the cost
-  double work = 0, next_look = 0, cost_at_look = std::numeric_limits<double>::infinity();
+  const double first_look = kPasses * hierarchy_.level(0).num_nodes;
+  double work = 0, next_look = first_look;
+  double cost_at_look = std::numeric_limits<double>::infinity();
   const auto stands_still = [&] {
-    if (next_look == 0) next_look = kPasses * hierarchy_.level(0).num_nodes;
     if (work < next_look) return false;
     next_look = 2 * work;
     const double before = std::exchange(cost_at_look, Cost());
@@ -110,7 +111,8 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
       SetThresholds();
       if (deeper || thresholds_.tau < 0.5 * tau) {
         QueueAll();
-        work = next_look = 0;
+        work = 0;
+        next_look = first_look;
         sum.at_rest = false;
       }
     }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "hpgo/optimizer_impl.h"
 
@@ -161,9 +162,11 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   actions.serve = [&](int l) {
     // Windows below have moved what this level's edges were made from; as long as they have not
     // been merged again, windows here could undo it.
-    if (l > previous) MergeDirtyEdges();
-    previous = l;
-    return hierarchy_.level(l).dirty.empty() && !stop(l) ? ServeStressed(l) : 0;
+    if (l > std::exchange(previous, l)) {
+      MergeDirtyEdges();
+      if (stop(l)) return 0;
+    }
+    return hierarchy_.level(l).dirty.empty() ? ServeStressed(l) : 0;
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);

@@ -30,18 +30,19 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
   constexpr int kMoreIterations = 2;
   SubproblemOptions options;
-  options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., options.max_seconds);
   options.cancel = limits_.cancel;
-  SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  const auto solve = [&](int iterations) {
+    options.max_iterations = iterations;
+    report_.solved_nodes += window_.subproblem().num_free;
+    return solver_->Solve(options, &window_.subproblem());
+  };
+  SubproblemSummary summary = solve(max_iterations);
   damped_ |= summary.damped;
-  report_.solved_nodes += window_.subproblem().num_free;
   if (summary.damped && summary.status.ok() && summary.final_cost < summary.initial_cost &&
       max_iterations <= kMoreIterations && Struggles()) {
     // Bent so far, a window goes a short way with a step.
-    options.max_iterations = kMoreIterations;
-    const SubproblemSummary more = solver_->Solve(options, &window_.subproblem());
-    report_.solved_nodes += window_.subproblem().num_free;
+    const SubproblemSummary more = solve(kMoreIterations);
     if (more.status.code() != StatusCode::kNoSolution) {
       summary.final_cost = more.final_cost;
       summary.predicted_decrease += more.predicted_decrease;
