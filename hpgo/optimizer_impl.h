@@ -16,6 +16,7 @@
 #include "hpgo/optimizer.h"
 #include "hpgo/schedule/stress.h"
 #include "hpgo/schedule/sweep.h"
+#include "hpgo/solve/over_correction.h"
 #include "hpgo/solve/window.h"
 
 namespace hpgo {
@@ -127,17 +128,19 @@ class Optimizer<G>::Impl {
                    double max_seconds = std::numeric_limits<double>::infinity());
   // Whether time or the caller, not the options, say when to stop.
   bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }
+  bool IsStrained() const;
   bool Struggles() const;
   double SecondsLeft() const;
+  double SecondsForWindow() const;
   bool IsStopped() const;
-  bool LevelBelowGains() const;
+  bool GraphGains() const;
   void NoteMotions();
   G NewestPose() const { return newest_ == kNone ? G() : hierarchy_.WorldPose(0, newest_); }
   // The motion from one pose to another.
   static Motion MotionBetween(const G& before, const G& after);
   Status NotFinite(Index edge) const;
   Status WhyUnusable(const Status& status);
-  void RecordChanges(const SubproblemSummary& summary);
+  void RecordChanges(const SubproblemSummary& summary, double stretch);
   std::vector<Index> SeedsOnLevel(int l) const;
   bool TopIsSmall() const;
   double Worth();
@@ -151,6 +154,7 @@ class Optimizer<G>::Impl {
   ChunkedVector<NodeId> ids_;  // by index on level 0
   std::unique_ptr<SubproblemSolver<G>> solver_;
   Window<G> window_;
+  OverCorrection<G> over_correction_;  // of a far-off closure
   Sweep sweep_;
   StressThresholds thresholds_;
   double depth_ = 1;  // Refine divides the stress threshold by it
@@ -182,6 +186,7 @@ class Optimizer<G>::Impl {
   UpdateLimits limits_;
   Clock::time_point started_;
   bool refining_ = false;
+  bool rested_ = false;       // the last update
   double largest_scale_ = 1;  // of windows, over the options' size
   // By level, what recent windows would have taken at the options' size; 0: none yet.
   std::vector<double> window_seconds_;

@@ -12,6 +12,7 @@ namespace {
 
 // The time of a window grows with this power of its size: the factorization fills in.
 constexpr double kFillGrowth = 1.3;
+constexpr double kShareOfTime = 0.3;  // of a limit, for a window
 
 }  // namespace
 
@@ -28,17 +29,29 @@ double Optimizer<G>::Impl::SecondsLeft() const {
                                  : std::numeric_limits<double>::infinity();
 }
 
+// Infinity without a limit.
+template <typename G>
+double Optimizer<G>::Impl::SecondsForWindow() const {
+  return limits_.max_seconds > 0 ? std::min(kShareOfTime * limits_.max_seconds, SecondsLeft())
+                                 : SecondsLeft();
+}
+
 template <typename G>
 bool Optimizer<G>::Impl::IsStopped() const {
   return (limits_.cancel != nullptr && *limits_.cancel) || SecondsLeft() < 0;
 }
 
-// Whether a far-off closure is being taken in at the default cap, and steps are too long for it:
-// until they are not, updates are larger.
+// Whether a far-off closure is being taken in.
+template <typename G>
+bool Optimizer<G>::Impl::IsStrained() const {
+  return options_.schedule == Schedule::kStress && strain_ > kFarOff;
+}
+
+// Whether that happens at the default cap, and steps are too long for it: until they are not,
+// updates are larger.
 template <typename G>
 bool Optimizer<G>::Impl::Struggles() const {
-  return options_.schedule == Schedule::kStress && strain_ > kFarOff && damped_last_ &&
-         !IsUncapped();
+  return IsStrained() && damped_last_ && !IsUncapped();
 }
 
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
@@ -114,10 +127,9 @@ double Optimizer<G>::Impl::UsualWindowSeconds(int l) const {
 // held border do slowly: for a while those below the top are larger, and count for more.
 template <typename G>
 WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
-  constexpr double kShareOfTime = 0.3;
   double nodes_scale = 1, edges_scale = 1;
   if (limits_.max_seconds > 0) {
-    const double seconds = std::min(kShareOfTime * limits_.max_seconds, SecondsLeft());
+    const double seconds = SecondsForWindow();
     const double usual = UsualWindowSeconds(l);
     if (usual > 0 && seconds > usual) {
       nodes_scale = edges_scale =
@@ -125,7 +137,7 @@ WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
     }
   } else if (refining_) {
     nodes_scale = edges_scale = largest_scale_;
-  } else if (strain_ > kFarOff && l > 0 && l >= hierarchy_.num_levels() - 2) {
+  } else if (IsStrained() && l > 0 && l >= hierarchy_.num_levels() - 2) {
     nodes_scale = 2;
     edges_scale = 3;
   }

@@ -27,6 +27,7 @@ UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
 
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
+  rested_ = report_.at_rest;
   report_ = UpdateReport();
   limits_ = limits;
   started_ = Clock::now();
@@ -137,7 +138,10 @@ void Optimizer<G>::Impl::NoteNewEdges() {
     if (mean_chi2_ > 0) strain_ = std::min(strain_ + chi2 / mean_chi2_, kMostStrain);
     // Taken in by a small part of the map it would bend that beyond what rigid groups can
     // straighten.
-    if (chi2 > kFarOff * mean_chi2_) sweep_.StartAtTop();
+    if (chi2 > kFarOff * mean_chi2_) {
+      sweep_.StartAtTop();
+      over_correction_.Forget();
+    }
     AddPending(0, e, std::sqrt(chi2), thresholds_, &hierarchy_);
     for (Index end : edge.node) {
       for (int l = 0; l < num_levels && end != kNone; ++l) {

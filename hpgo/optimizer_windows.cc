@@ -28,21 +28,24 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
 template <typename G>
 void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
-  constexpr int kMoreIterations = 2;
+  constexpr int kMoreIterations = 5;
   SubproblemOptions options;
-  options.max_seconds = std::clamp(max_seconds, 0., options.max_seconds);
   options.cancel = limits_.cancel;
-  const auto solve = [&](int iterations) {
+  const auto solve = [&](int iterations, double seconds) {
     options.max_iterations = iterations;
+    options.max_seconds = std::clamp(seconds, 0., SubproblemOptions().max_seconds);
     report_.solved_nodes += window_.subproblem().num_free;
     return solver_->Solve(options, &window_.subproblem());
   };
-  SubproblemSummary summary = solve(max_iterations);
+  SubproblemSummary summary = solve(max_iterations, max_seconds);
   damped_ |= summary.damped;
-  if (summary.damped && summary.status.ok() && summary.final_cost < summary.initial_cost &&
-      max_iterations <= kMoreIterations && Struggles()) {
-    // Bent so far, a window goes a short way with a step.
-    const SubproblemSummary more = solve(kMoreIterations);
+  const double seconds_for_more = SecondsForWindow() - summary.seconds;
+  if (window_.level() == 0 && IsStrained() && max_iterations < kMoreIterations && summary.damped &&
+      summary.status.ok() && summary.final_cost < summary.initial_cost &&
+      seconds_for_more > summary.seconds) {
+    // Bent so far, a window goes a short way with a step. On coarse levels this would only leave
+    // the range where their edges hold.
+    const SubproblemSummary more = solve(kMoreIterations, seconds_for_more);
     if (more.status.code() != StatusCode::kNoSolution) {
       summary.final_cost = more.final_cost;
       summary.predicted_decrease += more.predicted_decrease;
@@ -51,31 +54,42 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
-  if (!usable || !(summary.final_cost < summary.initial_cost) || !LevelBelowGains()) return;
+  if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return;
+  double stretch = 1;
+  // What the windows of one update can take in needs no more than the solution.
+  if (window_.level() > 0 && IsStrained() && !rested_ && !summary.damped) {
+    stretch = over_correction_.Factor(window_, hierarchy_);
+    if (stretch > 1) window_.Stretch(stretch);
+  }
   window_.Commit(&hierarchy_);
   NoteMotions();
-  report_.cost_decrease += summary.initial_cost - summary.final_cost;
-  RecordChanges(summary);
+  report_.cost_decrease += (summary.initial_cost - summary.final_cost) * stretch * (2 - stretch);
+  RecordChanges(summary, stretch);
 }
 
-// Whether the edges that the window's were made from agree that the cost falls. A coarse edge says
-// little about far motions, least of all after those of levels above.
+// Whether the cost of the graph itself falls. A coarse edge says little about far turns, least of
+// all where the edges it stands for are stretched.
 template <typename G>
-bool Optimizer<G>::Impl::LevelBelowGains() const {
-  constexpr double kFar = 0.025;  // half radians; nearer, both agree
-  if (window_.level() == 0 || options_.coarse_edges != CoarseEdges::kGalerkin) return true;
-  bool far = false;
-  double gain = 0;
-  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
-    far |= !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) < kFar);
+bool Optimizer<G>::Impl::GraphGains() const {
+  constexpr double kFar = 0.025;        // half radians; nearer, all levels agree
+  constexpr int kMostEvaluated = 2000;  // edges of the levels below
+  const int l = window_.level();
+  if (l == 0 || options_.coarse_edges != CoarseEdges::kGalerkin) return true;
+  const auto is_far = [&](std::size_t k) {
+    return !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) < kFar);
+  };
+  const std::size_t num_edges = window_.edges().size();
+  std::size_t first_far = 0;
+  while (first_far < num_edges && !is_far(first_far)) ++first_far;
+  if (first_far == num_edges) return true;
+  int budget = kMostEvaluated;
+  double decrease = 0;
+  for (std::size_t k = 0; k < num_edges; ++k) {
+    int none = 0;
+    decrease += hierarchy_.CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
+                                        window_.RelativePose(k), is_far(k) ? &budget : &none);
   }
-  if (!far) return true;
-  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
-    const Index e = window_.edges()[k];
-    gain += hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePoseBefore(k)) -
-            hierarchy_.ChildrenCost(window_.level(), e, window_.RelativePose(k));
-  }
-  return gain > 0;
+  return decrease > 0;
 }
 
 template <typename G>
@@ -121,7 +135,7 @@ Status Optimizer<G>::Impl::WhyUnusable(const Status& status) {
 }
 
 template <typename G>
-void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
+void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary, double stretch) {
   const int l = window_.level();
   const double miss =
       std::abs(summary.predicted_decrease - (summary.initial_cost - summary.final_cost));
@@ -142,7 +156,10 @@ void Optimizer<G>::Impl::RecordChanges(const SubproblemSummary& summary) {
     TellParent(l, e, change, thresholds_, &hierarchy_);
     if (window_.IsInterior(k)) {
       HandDown(l, e, edge.pending + change, thresholds_, &hierarchy_);
-      hierarchy_.SetPending(l, e, static_cast<float>(unexplained), thresholds_.pending);
+      // The part of a motion that is beyond the solution is to be looked at again.
+      const double beyond = (1 - 1 / stretch) * change;
+      hierarchy_.SetPending(l, e, static_cast<float>(std::max(unexplained, beyond)),
+                            thresholds_.pending);
     } else {
       AddPending(l, e, change, thresholds_, &hierarchy_);
     }

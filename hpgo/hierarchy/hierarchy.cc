@@ -195,15 +195,24 @@ double Hierarchy<G>::Merge(int l, Index edge) {
 }
 
 template <typename G>
-double Hierarchy<G>::ChildrenCost(int l, Index edge, const G& T_g_h) const {
+double Hierarchy<G>::CostDecrease(int l, Index edge, const G& before, const G& after,
+                                  int* budget) const {
   const LevelEdge& record = levels_[l]->edges[edge];
-  const Level<G>& below = *levels_[l - 1];
-  double cost = 0;
-  for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
-    const ChildGeometry<G> child(record, below.edges[c], below, T_g_h);
-    cost += FactorCost(FactorOf(l - 1, c), child.unary, child.RelativePose());
+  if (l == 0 || *budget < record.num_children) {
+    const bool unary = record.node[0] == kNone;
+    const ceres_costs::FactorTerm<G> factor = FactorOf(l, edge);
+    return FactorCost(factor, unary, before) - FactorCost(factor, unary, after);
   }
-  return cost;
+  *budget -= record.num_children;
+  const Level<G>& below = *levels_[l - 1];
+  double decrease = 0;
+  for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
+    const LevelEdge& child = below.edges[c];
+    decrease +=
+        CostDecrease(l - 1, c, ChildGeometry<G>(record, child, below, before).RelativePose(),
+                     ChildGeometry<G>(record, child, below, after).RelativePose(), budget);
+  }
+  return decrease;
 }
 
 template <typename G>

@@ -86,8 +86,10 @@ class Hierarchy {
   // Computes a coarse edge from its children at the current estimate; see coarse_edge.h.
   // Returns how much the quadratic changed, in sqrt(chi2).
   double Merge(int l, Index edge);
-  // The cost of a coarse edge's children, were T_g_h the relative pose of its ends.
-  double ChildrenCost(int l, Index edge, const G& T_g_h) const;
+  // How much the cost falls when the relative pose of an edge's ends changes, the groups rigid:
+  // that of the edges of level 0 which it stands for. Looks at no more than `*budget` edges below
+  // l, and counts them off; a coarse edge beyond that speaks for its children.
+  double CostDecrease(int l, Index edge, const G& before, const G& after, int* budget) const;
   // Queues a coarse edge for merging.
   void MarkDirty(int l, Index edge);
   // Sets an edge's pending, and its place in the queue: there only above `threshold` on.

@@ -167,6 +167,14 @@ G Window<G>::Relative(std::size_t k, const std::vector<G>& poses) const {
 }
 
 template <typename G>
+void Window<G>::Stretch(double factor) {
+  for (int k = 0; k < subproblem_.num_free; ++k) {
+    G& pose = subproblem_.poses[k];
+    pose = before_[k].Retract(factor * before_[k].LocalCoordinates(pose));
+  }
+}
+
+template <typename G>
 void Window<G>::Commit(Hierarchy<G>* hierarchy) const {
   for (int k = 0; k < subproblem_.num_free; ++k) {
     const Index parent = hierarchy->level(level_).nodes[nodes_[k]].parent;

@@ -28,6 +28,7 @@ class Window {
 
   Subproblem<G>& subproblem() { return subproblem_; }
   int level() const { return level_; }
+  int num_free() const { return subproblem_.num_free; }
   // The nodes in the order of the subproblem's poses, and the edges in the order of its factors.
   const std::vector<Index>& nodes() const { return nodes_; }
   const std::vector<Index>& edges() const { return edges_; }
@@ -39,6 +40,12 @@ class Window {
   // T_before_now of the node nodes()[k].
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 
+  // Makes the motions of the free poses since Build `factor` times as long.
+  void Stretch(double factor);
+  // How far the node nodes()[k] has gone since Build, in the world.
+  typename G::Vector Displacement(std::size_t k) const {
+    return subproblem_.poses[k].translation() - before_[k].translation();
+  }
   // Writes the free poses into the hierarchy.
   void Commit(Hierarchy<G>* hierarchy) const;
 

@@ -1,5 +1,7 @@
 #include "hpgo/hierarchy/hierarchy.h"
 
+#include <cmath>
+#include <functional>
 #include <random>
 #include <vector>
 
@@ -218,7 +220,7 @@ TYPED_TEST(HierarchyTest, GalerkinEdgesMatchTheFineObjective) {
   }
 }
 
-TYPED_TEST(HierarchyTest, ChildrenCostMovesTheSecondGroup) {
+TYPED_TEST(HierarchyTest, CostDecreaseIsThatOfTheGraphWithinItsBudget) {
   HierarchyOptions options;
   options.max_top_nodes = 8;
   Hierarchy<TypeParam> hierarchy(options);
@@ -226,21 +228,45 @@ TYPED_TEST(HierarchyTest, ChildrenCostMovesTheSecondGroup) {
   hierarchy.AddEdge(kNone, this->nodes_[5], this->RandomEdge());
   this->MergeAll(&hierarchy);
   const int l = hierarchy.num_levels() - 1;
+  ASSERT_GE(l, 2);
+  // The edges of level 0 that one of level k stands for.
+  const std::function<void(int, Index, std::vector<Index>*)> collect =
+      [&](int k, Index edge, std::vector<Index>* found) {
+        if (k == 0) found->push_back(edge);
+        if (k == 0) return;
+        for (Index c = hierarchy.level(k).edges[edge].first_child; c != kNone;) {
+          collect(k - 1, c, found);
+          c = hierarchy.level(k - 1).edges[c].next_sibling;
+        }
+      };
+  const auto cost = [&](int k, const std::vector<Index>& edges) {
+    double sum = 0;
+    for (const Index e : edges) {
+      const LevelEdge& edge = hierarchy.level(k).edges[e];
+      sum += FactorCost(hierarchy.FactorOf(k, e), edge.node[0] == kNone,
+                        hierarchy.RelativePose(k, edge.node[0], edge.node[1]));
+    }
+    return sum;
+  };
   const Level<TypeParam>& level = hierarchy.level(l);
   for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+    std::vector<Index> fine;
+    collect(l, e, &fine);
     const Index g = level.edges[e].node[0], h = level.edges[e].node[1];
-    const TypeParam before = hierarchy.WorldPose(l, h);
-    hierarchy.SetWorldPose(l, h, before * this->RandomPose(0.5));
-    double expected = 0;
-    for (Index c = level.edges[e].first_child; c != kNone;) {
-      const auto& child = hierarchy.level(l - 1).edges[c];
-      expected += FactorCost(hierarchy.FactorOf(l - 1, c), child.node[0] == kNone,
-                             hierarchy.RelativePose(l - 1, child.node[0], child.node[1]));
-      c = child.next_sibling;
-    }
-    const TypeParam moved = hierarchy.RelativePose(l, g, h);
-    hierarchy.SetWorldPose(l, h, before);
-    EXPECT_NEAR(hierarchy.ChildrenCost(l, e, moved), expected, 1e-9 * (1 + expected));
+    const TypeParam T_world_h = hierarchy.WorldPose(l, h), before = hierarchy.RelativePose(l, g, h);
+    double in_graph = cost(0, fine), in_level = cost(l, {e});
+    hierarchy.SetWorldPose(l, h, T_world_h * this->RandomPose(0.5));
+    const TypeParam after = hierarchy.RelativePose(l, g, h);
+    in_graph -= cost(0, fine);
+    in_level -= cost(l, {e});
+    hierarchy.SetWorldPose(l, h, T_world_h);
+    int budget = 1000, none = 0;
+    EXPECT_NEAR(hierarchy.CostDecrease(l, e, before, after, &budget), in_graph,
+                1e-9 * (1 + std::abs(in_graph)));
+    EXPECT_LE(budget, 1000 - static_cast<int>(fine.size()));
+    EXPECT_NEAR(hierarchy.CostDecrease(l, e, before, after, &none), in_level,
+                1e-9 * (1 + std::abs(in_level)));
+    EXPECT_EQ(none, 0);
   }
 }
 

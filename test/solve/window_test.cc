@@ -341,6 +341,23 @@ TYPED_TEST(WindowTest, KnowsRelativePosesBeforeAndAfter) {
   }
 }
 
+TYPED_TEST(WindowTest, StretchesItsMotions) {
+  using G = TypeParam;
+  Hierarchy<G> hierarchy = this->MakeRandom(60, 2);
+  ASSERT_TRUE(this->window_.Build(0, {20}, {9, 1000}, &hierarchy));
+  std::vector<G>& poses = this->window_.subproblem().poses;
+  const std::vector<G> before = poses;
+  for (int k = 0; k < this->window_.subproblem().num_free; ++k) {
+    poses[k] = poses[k] * RandomPose<G>(&this->rng_, 1, 1);
+  }
+  const std::vector<G> after = poses;
+  this->window_.Stretch(1.5);
+  for (std::size_t k = 0; k < poses.size(); ++k) {
+    const typename G::Tangent once = before[k].LocalCoordinates(after[k]);
+    EXPECT_LE((before[k].LocalCoordinates(poses[k]) - 1.5 * once).norm(), 1e-12);
+  }
+}
+
 // The objective of level 0, which windows of any level minimize.
 template <typename G>
 double FineCost(const Hierarchy<G>& hierarchy) {
