@@ -259,43 +259,34 @@ template <int kBlock>
 void BlockCholesky<kBlock>::Solve(double* x) const {
   const int num = static_cast<int>(super_begin_.size()) - 1;
   work_.resize(static_cast<std::size_t>(n_) * kBlock);
+  const auto at = [&](int position) { return &work_[static_cast<std::size_t>(position) * kBlock]; };
   for (int i = 0; i < n_; ++i) {
-    std::copy_n(x + static_cast<std::ptrdiff_t>(i) * kBlock, kBlock, &work_[position_[i] * kBlock]);
+    std::copy_n(x + static_cast<std::ptrdiff_t>(i) * kBlock, kBlock, at(position_[i]));
   }
+  // The numbers of a supernode's rows, side by side. Kernels run over what is behind them.
+  const auto gather = [&](int s) {
+    rows_work_.resize(static_cast<std::size_t>(Rows(s)) * kBlock);
+    rows_work_.resize(rows_work_.size() + kPadding, 0.);
+    for (int r = 0; r < Rows(s); ++r) {
+      std::copy_n(at(rows_[rows_begin_[s] + r]), kBlock, &rows_work_[r * kBlock]);
+    }
+  };
   for (int s = 0; s < num; ++s) {
-    const int width = Width(s) * kBlock, own = Width(s);
-    double* y = &work_[static_cast<std::size_t>(super_begin_[s]) * kBlock];
-    const int* row = &rows_[rows_begin_[s]];
-    for (int c = 0; c < width; ++c) {
-      const double* column =
-          &factor_[panel_begin_[s]] + static_cast<std::ptrdiff_t>(c) * panel_ld_[s];
-      const double value = y[c] /= column[c];
-      for (int r = c + 1; r < width; ++r) y[r] -= column[r] * value;
-      for (int r = own; r < Rows(s); ++r) {
-        double* z = &work_[static_cast<std::size_t>(row[r]) * kBlock];
-        for (int p = 0; p < kBlock; ++p) z[p] -= column[r * kBlock + p] * value;
-      }
+    gather(s);
+    ForwardPanel(Rows(s) * kBlock, Width(s) * kBlock, &factor_[panel_begin_[s]], panel_ld_[s],
+                 rows_work_.data());
+    for (int r = 0; r < Rows(s); ++r) {
+      std::copy_n(&rows_work_[r * kBlock], kBlock, at(rows_[rows_begin_[s] + r]));
     }
   }
   for (int s = num - 1; s >= 0; --s) {
-    const int width = Width(s) * kBlock, own = Width(s);
-    double* y = &work_[static_cast<std::size_t>(super_begin_[s]) * kBlock];
-    const int* row = &rows_[rows_begin_[s]];
-    for (int c = width - 1; c >= 0; --c) {
-      const double* column =
-          &factor_[panel_begin_[s]] + static_cast<std::ptrdiff_t>(c) * panel_ld_[s];
-      double value = y[c];
-      for (int r = c + 1; r < width; ++r) value -= column[r] * y[r];
-      for (int r = own; r < Rows(s); ++r) {
-        const double* z = &work_[static_cast<std::size_t>(row[r]) * kBlock];
-        for (int p = 0; p < kBlock; ++p) value -= column[r * kBlock + p] * z[p];
-      }
-      y[c] = value / column[c];
-    }
+    gather(s);
+    BackwardPanel(Rows(s) * kBlock, Width(s) * kBlock, &factor_[panel_begin_[s]], panel_ld_[s],
+                  rows_work_.data());
+    std::copy_n(rows_work_.data(), Width(s) * kBlock, at(super_begin_[s]));
   }
   for (int i = 0; i < n_; ++i) {
-    std::copy_n(&work_[static_cast<std::size_t>(position_[i]) * kBlock], kBlock,
-                x + static_cast<std::ptrdiff_t>(i) * kBlock);
+    std::copy_n(at(position_[i]), kBlock, x + static_cast<std::ptrdiff_t>(i) * kBlock);
   }
 }
 

@@ -69,7 +69,7 @@ class BlockCholesky {
 
   std::vector<int> next_, next_row_, head_, map_;  // workspace of Factor
   std::vector<double> update_, min_pivot_;
-  mutable std::vector<double> work_;  // workspace of Solve
+  mutable std::vector<double> work_, rows_work_;  // workspace of Solve
 };
 
 extern template class BlockCholesky<3>;

@@ -84,7 +84,49 @@ HPGO_INLINE bool FactorPanelImpl(int rows, int cols, double* panel, int ld,
   return true;
 }
 
+HPGO_INLINE void ForwardPanelImpl(int rows, int cols, const double* panel, int ld, double* x) {
+  for (int j = 0; j < cols; j += 3) {
+    const double* c0 = panel + static_cast<long>(j) * ld;
+    const double* c1 = c0 + ld;
+    const double* c2 = c1 + ld;
+    const double x0 = x[j] /= c0[j];
+    const double x1 = x[j + 1] = (x[j + 1] - c0[j + 1] * x0) / c1[j + 1];
+    const double x2 = x[j + 2] = (x[j + 2] - c0[j + 2] * x0 - c1[j + 2] * x1) / c2[j + 2];
+    for (int r = j + 3; r < rows; r += 4) {
+      *reinterpret_cast<Vector4*>(x + r) -= *reinterpret_cast<const Vector4*>(c0 + r) * x0 +
+                                            *reinterpret_cast<const Vector4*>(c1 + r) * x1 +
+                                            *reinterpret_cast<const Vector4*>(c2 + r) * x2;
+    }
+  }
+}
+
+HPGO_INLINE double Sum(const Vector4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
+
+HPGO_INLINE void BackwardPanelImpl(int rows, int cols, const double* panel, int ld, double* x) {
+  for (int j = cols - 3; j >= 0; j -= 3) {
+    const double* c0 = panel + static_cast<long>(j) * ld;
+    const double* c1 = c0 + ld;
+    const double* c2 = c1 + ld;
+    Vector4 s0 = {0, 0, 0, 0}, s1 = s0, s2 = s0;
+    for (int r = j + 3; r < rows; r += 4) {
+      const Vector4 below = *reinterpret_cast<const Vector4*>(x + r);
+      s0 += *reinterpret_cast<const Vector4*>(c0 + r) * below;
+      s1 += *reinterpret_cast<const Vector4*>(c1 + r) * below;
+      s2 += *reinterpret_cast<const Vector4*>(c2 + r) * below;
+    }
+    const double x2 = x[j + 2] = (x[j + 2] - Sum(s2)) / c2[j + 2];
+    const double x1 = x[j + 1] = (x[j + 1] - Sum(s1) - c1[j + 2] * x2) / c1[j + 1];
+    x[j] = (x[j] - Sum(s0) - c0[j + 1] * x1 - c0[j + 2] * x2) / c0[j];
+  }
+}
+
 #if defined(__x86_64__)
+HPGO_AVX2 void ForwardPanelAvx2(int rows, int cols, const double* panel, int ld, double* x) {
+  ForwardPanelImpl(rows, cols, panel, ld, x);
+}
+HPGO_AVX2 void BackwardPanelAvx2(int rows, int cols, const double* panel, int ld, double* x) {
+  BackwardPanelImpl(rows, cols, panel, ld, x);
+}
 HPGO_AVX2 void SubtractProductAvx2(int m, int n, int k, const double* A, int lda, const double* B,
                                    int ldb, double* C, int ldc) {
   SubtractProductImpl(m, n, k, A, lda, B, ldb, C, ldc);
@@ -113,6 +155,20 @@ bool FactorPanel(int rows, int cols, double* panel, int ld, const double* min_pi
   if (HasAvx2()) return FactorPanelAvx2(rows, cols, panel, ld, min_pivot);
 #endif
   return FactorPanelImpl(rows, cols, panel, ld, min_pivot);
+}
+
+void ForwardPanel(int rows, int cols, const double* panel, int ld, double* x) {
+#if defined(__x86_64__)
+  if (HasAvx2()) return ForwardPanelAvx2(rows, cols, panel, ld, x);
+#endif
+  ForwardPanelImpl(rows, cols, panel, ld, x);
+}
+
+void BackwardPanel(int rows, int cols, const double* panel, int ld, double* x) {
+#if defined(__x86_64__)
+  if (HasAvx2()) return BackwardPanelAvx2(rows, cols, panel, ld, x);
+#endif
+  BackwardPanelImpl(rows, cols, panel, ld, x);
 }
 
 }  // namespace hpgo

@@ -18,4 +18,12 @@ void SubtractProduct(int m, int n, int k, const double* A, int lda, const double
 // and returns false.
 bool FactorPanel(int rows, int cols, double* panel, int ld, const double* min_pivot);
 
+// With a factored panel: solves L y = x for the leading `cols` of x, in place, and subtracts what
+// that contributes to the rows below.
+void ForwardPanel(int rows, int cols, const double* panel, int ld, double* x);
+
+// With a factored panel: solves L' y = x for the leading `cols` of x, in place, the rows below
+// given.
+void BackwardPanel(int rows, int cols, const double* panel, int ld, double* x);
+
 }  // namespace hpgo

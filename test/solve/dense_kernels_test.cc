@@ -104,8 +104,40 @@ class DenseKernelsTest : public testing::Test {
     EXPECT_TRUE(panel.PaddingIsIntact());
   }
 
+  void CheckSolve(int rows, int cols) {
+    SCOPED_TRACE(testing::Message() << "rows " << rows << ", cols " << cols);
+    Panel panel = MakePanel(rows, cols, 0);
+    const std::vector<double> min_pivot(cols, 1e-14);
+    ASSERT_TRUE(FactorPanel(rows, cols, panel.data(), panel.ld(), min_pivot.data()));
+    panel.matrix().topRows(cols).triangularView<Eigen::StrictlyUpper>().setConstant(7);
+    const Eigen::MatrixXd L = panel.matrix().topRows(cols).triangularView<Eigen::Lower>();
+    const Eigen::MatrixXd below = panel.matrix().bottomRows(rows - cols);
+    Panel x(rows, 1, 0);
+    Fill(&x);
+    const Eigen::VectorXd right = x.matrix();
+    Eigen::VectorXd expected = right;
+    expected.head(cols) = L.triangularView<Eigen::Lower>().solve(right.head(cols));
+    expected.tail(rows - cols) -= below * expected.head(cols);
+    ForwardPanel(rows, cols, panel.data(), panel.ld(), x.data());
+    EXPECT_LE((x.matrix() - expected).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_TRUE(x.PaddingIsIntact());
+    x.matrix() = right;
+    expected = right;
+    expected.head(cols) = L.transpose().triangularView<Eigen::Upper>().solve(
+        right.head(cols) - below.transpose() * right.tail(rows - cols));
+    BackwardPanel(rows, cols, panel.data(), panel.ld(), x.data());
+    EXPECT_LE((x.matrix() - expected).cwiseAbs().maxCoeff(), 1e-10);
+    EXPECT_TRUE(x.PaddingIsIntact());
+  }
+
   std::mt19937 rng_{3};
 };
+
+TEST_F(DenseKernelsTest, SolvesWithPanelsOfEveryShape) {
+  for (const int cols : {3, 6, 9, 12, 24}) {
+    for (int rows = cols; rows < cols + 20; ++rows) CheckSolve(rows, cols);
+  }
+}
 
 TEST_F(DenseKernelsTest, SubtractsProductsOfEveryShape) {
   for (int m = 1; m <= 40; ++m) {
