@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "Eigen/Cholesky"
 #include "Eigen/Eigenvalues"
 #include "hpgo/hierarchy/hierarchy.h"
 
@@ -43,34 +42,35 @@ SE2 Deviation(const SE2::Tangent& d, SE2::Matrix* J_inverse) {
 }  // namespace
 
 template <typename G>
-typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typename G::Tangent& b) {
-  using Tangent = typename G::Tangent;
-  using Matrix = typename G::Matrix;
-  Tangent scale;
-  for (int i = 0; i < G::kDof; ++i) scale(i) = A(i, i) > 0 ? 1 / std::sqrt(A(i, i)) : 0;
-  const Matrix S = scale.asDiagonal() * A * scale.asDiagonal();
-  const Tangent c = scale.cwiseProduct(b);
+SemiDefiniteInverse<G>::SemiDefiniteInverse(const Matrix& A) {
+  for (int i = 0; i < G::kDof; ++i) scale_(i) = A(i, i) > 0 ? 1 / std::sqrt(A(i, i)) : 0;
+  S_ = scale_.asDiagonal() * A * scale_.asDiagonal();
   // The usual case: well conditioned after scaling.
-  const Eigen::LLT<Matrix> llt(S);
-  if (llt.info() == Eigen::Success) {
-    const Tangent diagonal = llt.matrixLLT().diagonal();
-    if (diagonal.minCoeff() > 1e-5 * diagonal.maxCoeff()) {
-      return scale.cwiseProduct(llt.solve(c));
-    }
+  llt_.compute(S_);
+  if (llt_.info() == Eigen::Success) {
+    const Tangent diagonal = llt_.matrixLLT().diagonal();
+    definite_ = diagonal.minCoeff() > 1e-5 * diagonal.maxCoeff();
   }
-  if (!S.allFinite()) return Tangent::Zero();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S);
+}
+
+template <typename G>
+typename G::Tangent SemiDefiniteInverse<G>::Times(const Tangent& b) const {
+  const Tangent c = scale_.cwiseProduct(b);
+  if (definite_) return scale_.cwiseProduct(llt_.solve(c));
+  if (!S_.allFinite()) return Tangent::Zero();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S_);
   const Tangent values = eigen.eigenvalues();
   Tangent y = eigen.eigenvectors().transpose() * c;
   for (int i = 0; i < G::kDof; ++i) {
     y(i) = values(i) > 1e-11 * values(G::kDof - 1) ? y(i) / values(i) : 0;
   }
-  return scale.cwiseProduct(eigen.eigenvectors() * y);
+  return scale_.cwiseProduct(eigen.eigenvectors() * y);
 }
 
 template <typename G>
-RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model, const G& T) {
-  typename G::Tangent d = SolveSemiDefinite<G>(model.A, model.b);
+RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model,
+                                  const SemiDefiniteInverse<G>& inverse, const G& T) {
+  typename G::Tangent d = inverse.Times(model.b);
   // Near half a turn J^-1 grows beyond bounds, and with it the rounding of the information.
   constexpr double kMaxRotation = 20;
   const double rotation = d.template tail<G::kRotationDof>().norm();
@@ -117,7 +117,8 @@ CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
     }
     result.model.cost += coarse.cost;
   }
-  result.term = TermFromModel(result.model, result.T_g_h);
+  result.inverse = SemiDefiniteInverse<G>(result.model.A);
+  result.term = TermFromModel(result.model, result.inverse, result.T_g_h);
   return result;
 }
 
@@ -132,18 +133,20 @@ double QuadraticChange(const CoarseEdge<G>& edge, const RelativePoseTerm<G>* old
     LinearizeFactor(factor, false, edge.T_g_h, &model);
     difference -= model.b;
   }
-  return std::sqrt(std::max(0., difference.dot(SolveSemiDefinite<G>(edge.model.A, difference))));
+  return std::sqrt(std::max(0., difference.dot(edge.inverse.Times(difference))));
 }
 
-template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&, const SE2&);
-template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&, const SE3&);
+template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&,
+                                             const SemiDefiniteInverse<SE2>&, const SE2&);
+template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&,
+                                             const SemiDefiniteInverse<SE3>&, const SE3&);
 template struct ChildGeometry<SE2>;
 template struct ChildGeometry<SE3>;
 template CoarseEdge<SE2> GalerkinEdge(const Hierarchy<SE2>&, int, Index);
 template CoarseEdge<SE3> GalerkinEdge(const Hierarchy<SE3>&, int, Index);
 template double QuadraticChange(const CoarseEdge<SE2>&, const RelativePoseTerm<SE2>*);
 template double QuadraticChange(const CoarseEdge<SE3>&, const RelativePoseTerm<SE3>*);
-template SE2::Tangent SolveSemiDefinite<SE2>(const SE2::Matrix&, const SE2::Tangent&);
-template SE3::Tangent SolveSemiDefinite<SE3>(const SE3::Matrix&, const SE3::Tangent&);
+template class SemiDefiniteInverse<SE2>;
+template class SemiDefiniteInverse<SE3>;
 
 }  // namespace hpgo

@@ -1,6 +1,7 @@
 // The coarse edge between two groups, computed from the edges between their members.
 #pragma once
 
+#include "Eigen/Cholesky"
 #include "ceres_costs/factor_term.h"
 #include "hpgo/hierarchy/level.h"
 
@@ -28,11 +29,31 @@ struct ChildGeometry {
   G RelativePose() const { return X_a.Between(X_b); }
 };
 
+// The pseudo-inverse of a positive semi-definite A, scaled by its diagonal; directions below 1e-11
+// of the largest are dropped.
+template <typename G>
+class SemiDefiniteInverse {
+ public:
+  using Matrix = typename G::Matrix;
+  using Tangent = typename G::Tangent;
+
+  SemiDefiniteInverse() = default;
+  explicit SemiDefiniteInverse(const Matrix& A);
+  Tangent Times(const Tangent& b) const;
+
+ private:
+  Tangent scale_ = Tangent::Zero();
+  Matrix S_ = Matrix::Zero();
+  Eigen::LLT<Matrix> llt_;
+  bool definite_ = false;
+};
+
 // A measurement of T_g_h in the coarse convention, and the quadratic model it was made from.
 template <typename G>
 struct CoarseEdge {
   ceres_costs::RelativePoseTerm<G> term;
   ceres_costs::QuadraticModel<G> model;  // at T_g_h, under a right perturbation of the group h
+  SemiDefiniteInverse<G> inverse;        // of model.A
   G T_g_h;                               // the current estimate
 };
 
@@ -48,20 +69,16 @@ CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 template <typename G>
 CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 
-// The measurement whose gradient and Hessian at T are those of `model`: with d = A^-1 b, an error
-// e = J d, where J is the Jacobian at that error. Directions without information stay without.
+// The measurement whose gradient and Hessian at T are those of `model`, `inverse` that of its A:
+// with d = A^-1 b, an error e = J d, where J is the Jacobian at that error. Directions without
+// information stay without.
 template <typename G>
 ceres_costs::RelativePoseTerm<G> TermFromModel(const ceres_costs::QuadraticModel<G>& model,
-                                               const G& T);
+                                               const SemiDefiniteInverse<G>& inverse, const G& T);
 
 // How much the gradient differs from that of the `old` term (null: none) at the same estimate:
 // sqrt(db' A^-1 db), in sqrt(chi2).
 template <typename G>
 double QuadraticChange(const CoarseEdge<G>& edge, const ceres_costs::RelativePoseTerm<G>* old);
-
-// A^+ b for a positive semi-definite A, scaled by its diagonal; directions below 1e-11 of the
-// largest are dropped.
-template <typename G>
-typename G::Tangent SolveSemiDefinite(const typename G::Matrix& A, const typename G::Tangent& b);
 
 }  // namespace hpgo

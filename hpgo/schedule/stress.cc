@@ -41,7 +41,7 @@ double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy, int* l
     }
   });
   if (looked_at != nullptr) *looked_at += count;
-  return sum.b.dot(SolveSemiDefinite<G>(sum.A, sum.b));
+  return sum.b.dot(SemiDefiniteInverse<G>(sum.A).Times(sum.b));
 }
 
 template <typename G>
