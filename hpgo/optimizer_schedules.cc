@@ -12,7 +12,7 @@ namespace {
 
 // The time of a window grows with this power of its size: the factorization fills in.
 constexpr double kFillGrowth = 1.3;
-constexpr double kShareOfTime = 0.3;  // of a limit, for a window
+constexpr double kShareOfTime = 0.35;  // of a limit, for a window
 
 }  // namespace
 
@@ -155,7 +155,7 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   if (limits_.max_seconds > 0) {
     sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
     // Level 0 takes the most windows to cover.
-    sweep.max_bottom_windows = 4;
+    sweep.max_bottom_windows = 6;
   } else if (Struggles()) {
     sweep.max_windows = 2 * std::min(sweep.max_windows, std::numeric_limits<int>::max() / 2);
     sweep.max_windows_per_level *= 2;
