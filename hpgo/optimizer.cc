@@ -9,8 +9,10 @@ namespace hpgo {
 namespace {
 
 template <typename G>
-EdgeData<G> MakeData(const G& measurement, const typename G::Matrix& information) {
+EdgeData<G> MakeData(const G& measurement, const typename G::Matrix& information,
+                     typename Optimizer<G>::Loss loss) {
   EdgeData<G> data;
+  data.loss = std::move(loss);
   data.term.measurement = measurement;
   data.term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
   return data;
@@ -44,7 +46,7 @@ Result<EdgeId> Optimizer<G>::AddEdge(NodeId i, NodeId j, const G& measurement,
                                      const Matrix& information, Loss loss) {
   const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
   if (!status.ok()) return status;
-  return impl_->AddEdge(i, j, MakeData(measurement, information), std::move(loss));
+  return impl_->AddEdge(i, j, MakeData(measurement, information, std::move(loss)));
 }
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
@@ -58,18 +60,18 @@ Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
   }
   const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
   if (!status.ok()) return status;
-  EdgeData<G> data = MakeData(measurement, information);
+  EdgeData<G> data = MakeData(measurement, information, std::move(loss));
   data.custom = std::move(cost);
-  return impl_->AddEdge(i, j, std::move(data), std::move(loss));
+  return impl_->AddEdge(i, j, std::move(data));
 }
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddPrior(NodeId id, const G& measurement, const Matrix& information,
                                       const G& offset, Loss loss) {
   const Status status = CheckInformation<G::kDof>(information, PriorName(id));
   if (!status.ok()) return status;
-  EdgeData<G> data = MakeData(measurement, information);
+  EdgeData<G> data = MakeData(measurement, information, std::move(loss));
   data.offset = std::make_shared<G>(offset);
-  return impl_->AddPrior(id, std::move(data), std::move(loss));
+  return impl_->AddPrior(id, std::move(data));
 }
 template <typename G>
 Status Optimizer<G>::UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information) {

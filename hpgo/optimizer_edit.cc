@@ -110,16 +110,14 @@ Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
 }
 
 template <typename G>
-Index Optimizer<G>::Impl::Link(Index i, Index j, const EdgeData<G>& data, Loss loss) {
-  EdgeData<G> complete = data;
-  if (loss != nullptr) complete.loss = hierarchy_.AddLoss(std::move(loss));
-  const Index edge = hierarchy_.AddEdge(i, j, complete);
+Index Optimizer<G>::Impl::Link(Index i, Index j, const EdgeData<G>& data) {
+  const Index edge = hierarchy_.AddEdge(i, j, data);
   new_edges_.push_back(IdOf(edge));
   return edge;
 }
 
 template <typename G>
-Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data, Loss loss) {
+Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data) {
   const Result<Index> a = FindNode(i), b = FindNode(j);
   if (!a.ok()) return Status(a.status().code(), EdgeName(i, j) + ": " + a.status().message());
   if (!b.ok()) return Status(b.status().code(), EdgeName(i, j) + ": " + b.status().message());
@@ -130,11 +128,11 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data,
   data.weight = ModularityWeight(data.term);
   // The edge may join two components, each held by something.
   check_anchors_ |= anchors_.size() + !fixed_.empty() + (num_priors_ > 0) > 1;
-  return IdOf(Link(*a, *b, data, std::move(loss)));
+  return IdOf(Link(*a, *b, data));
 }
 
 template <typename G>
-Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data, Loss loss) {
+Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data) {
   const Result<Index> node = FindNode(id);
   const std::string name = PriorName(id);
   if (!node.ok()) return Status(node.status().code(), name + ": " + node.status().message());
@@ -145,7 +143,7 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data, Loss lo
   data.offset = std::make_shared<G>(data.offset->Normalized());
   ++num_priors_;
   check_anchors_ = true;
-  return IdOf(Link(kNone, *node, data, std::move(loss)));
+  return IdOf(Link(kNone, *node, data));
 }
 
 template <typename G>
@@ -280,14 +278,14 @@ Status Optimizer<G>::Impl::AddGraph(const PoseGraph<G>& graph) {
     EdgeData<G> data;
     data.term.measurement = edge.measurement;
     data.term.information = ceres_costs::PackedSymmetric<G::kDof>(edge.information);
-    if (status.ok()) status = AddEdge(id(edge.i), id(edge.j), data, nullptr).status();
+    if (status.ok()) status = AddEdge(id(edge.i), id(edge.j), data).status();
   }
   for (const GraphPrior<G>& prior : graph.priors()) {
     EdgeData<G> data;
     data.term.measurement = prior.measurement;
     data.term.information = ceres_costs::PackedSymmetric<G::kDof>(prior.information);
     data.offset = std::make_shared<G>(prior.offset);
-    if (status.ok()) status = AddPrior(id(prior.node), data, nullptr).status();
+    if (status.ok()) status = AddPrior(id(prior.node), data).status();
   }
   return status;
 }

@@ -37,8 +37,8 @@ class Optimizer<G>::Impl {
 
   // optimizer_edit.cc
   Status AddNode(NodeId id, const G& pose);
-  Result<EdgeId> AddEdge(NodeId i, NodeId j, EdgeData<G> data, Loss loss);
-  Result<EdgeId> AddPrior(NodeId id, EdgeData<G> data, Loss loss);
+  Result<EdgeId> AddEdge(NodeId i, NodeId j, EdgeData<G> data);
+  Result<EdgeId> AddPrior(NodeId id, EdgeData<G> data);
   Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
   Status RemoveEdge(EdgeId edge);
   Status RemoveNode(NodeId id);
@@ -92,7 +92,7 @@ class Optimizer<G>::Impl {
   Result<Index> FindEdge(EdgeId id) const;
   Result<Index> FindNode(NodeId id) const;
   std::string NameOf(Index edge) const;
-  Index Link(Index i, Index j, const EdgeData<G>& data, Loss loss);
+  Index Link(Index i, Index j, const EdgeData<G>& data);
   void Disturb(int l, Index node);
   EdgeError ErrorOf(Index edge) const;
 

@@ -21,7 +21,6 @@ Hierarchy<G>::Hierarchy(const HierarchyOptions& options) : options_(options) {
   CHECK_GE(options.max_top_nodes, 2);
   CHECK_GE(options.max_top_edges, 1);
   levels_.push_back(std::make_unique<Level<G>>());
-  losses_.push_back(nullptr);
 }
 
 template <typename G>
@@ -37,11 +36,9 @@ Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   Level<G>& level = *levels_[0];
   LevelEdge& edge = level.edges[e];
   level.terms[e] = data.term;
-  edge.loss = data.loss;
   edge.merged = false;  // new, until the scheduler has seen it
-  if (data.custom != nullptr || data.offset != nullptr) {
-    edge.extra = true;
-    extras_[e] = {data.custom, data.offset};
+  if (data.loss != nullptr || data.custom != nullptr || data.offset != nullptr) {
+    edge.extra = NewExtra({data.loss, data.custom, data.offset});
   }
   Lift(0, e);
   RetryIfAlone(0, i);
@@ -105,15 +102,6 @@ void Hierarchy<G>::SetFixed(Index node, bool fixed) {
 }
 
 template <typename G>
-std::uint8_t Hierarchy<G>::AddLoss(std::shared_ptr<const ceres::LossFunction> loss) {
-  const auto it = std::find(losses_.begin(), losses_.end(), loss);
-  if (it != losses_.end()) return static_cast<std::uint8_t>(it - losses_.begin());
-  CHECK_LT(losses_.size(), 255u) << "too many distinct losses";
-  losses_.push_back(std::move(loss));
-  return static_cast<std::uint8_t>(losses_.size() - 1);
-}
-
-template <typename G>
 G Hierarchy<G>::WorldPose(int l, Index node) const {
   const LevelNode<G>* record = &levels_[l]->nodes[node];
   G pose = record->pose;
@@ -172,9 +160,9 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
     return factor;
   }
   factor.convention = options_.convention;
-  factor.loss = losses_[record.loss].get();
-  if (record.extra) {
-    const Extra& extra = extras_.at(edge);
+  if (record.extra != kNone) {
+    const Extra& extra = extras_[record.extra];
+    factor.loss = extra.loss.get();
     factor.offset = extra.offset.get();
     factor.custom = extra.custom.get();
   }
@@ -231,7 +219,8 @@ void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold)
 
 template <typename G>
 std::size_t Hierarchy<G>::MemoryBytes() const {
-  std::size_t bytes = extras_.size() * (sizeof(Extra) + 48) + reported_.MemoryBytes();
+  std::size_t bytes =
+      extras_.MemoryBytes() + free_extras_.capacity() * sizeof(Index) + reported_.MemoryBytes();
   for (const auto& level : levels_) {
     bytes +=
         level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->terms.MemoryBytes() +

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
 #include <vector>
 
@@ -31,7 +30,7 @@ template <typename G>
 struct EdgeData {
   ceres_costs::RelativePoseTerm<G> term;
   double weight = 0;                                  // of the modularity; 0 for a prior
-  std::uint8_t loss = 0;                              // index given by AddLoss; 0 is none
+  std::shared_ptr<const ceres::LossFunction> loss;    // null: squared
   std::shared_ptr<const ceres::CostFunction> custom;  // replaces the term's cost if set
   std::shared_ptr<const G> offset;                    // of a prior: T_node_sensor
 };
@@ -68,8 +67,6 @@ class Hierarchy {
   // Algorithm 1 for the nodes without a group; builds a new level when the top has grown too large.
   void AssignGroups();
   void SetFixed(Index node, bool fixed);
-  // Registers a loss for EdgeData::loss.
-  std::uint8_t AddLoss(std::shared_ptr<const ceres::LossFunction> loss);
 
   // --- Poses.
   G WorldPose(int l, Index node) const;
@@ -108,7 +105,9 @@ class Hierarchy {
   std::size_t MemoryBytes() const;
 
  private:
+  // What few edges have: they alone pay for it.
   struct Extra {
+    std::shared_ptr<const ceres::LossFunction> loss;
     std::shared_ptr<const ceres::CostFunction> custom;
     std::shared_ptr<const G> offset;
   };
@@ -134,6 +133,7 @@ class Hierarchy {
   void Lift(int l, Index edge);
   void Unlift(int l, Index edge);
   void EraseEdge(int l, Index edge);
+  Index NewExtra(Extra extra);
   void MarkAncestorsDirty(int l, Index edge);
   void AddFixed(int l, Index node, int delta);
   Index FindEdge(int l, Index i, Index j) const;
@@ -161,8 +161,8 @@ class Hierarchy {
   std::vector<std::unique_ptr<Level<G>>> levels_;
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart
-  std::map<Index, Extra> extras_;
-  std::vector<std::shared_ptr<const ceres::LossFunction>> losses_;
+  ChunkedVector<Extra> extras_;        // by LevelEdge::extra
+  std::vector<Index> free_extras_;
 };
 
 extern template class Hierarchy<ceres_costs::SE2>;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "hpgo/hierarchy/hierarchy.h"
 #include "hpgo/hierarchy/siblings.h"
@@ -73,6 +74,20 @@ Index Hierarchy<G>::LinkEdge(int l, Index i, Index j, double weight) {
   }
   AddWeight(l, e, weight);
   return e;
+}
+
+template <typename G>
+Index Hierarchy<G>::NewExtra(Extra extra) {
+  Index at;
+  if (free_extras_.empty()) {
+    at = static_cast<Index>(extras_.size());
+    extras_.push_back(Extra());
+  } else {
+    at = free_extras_.back();
+    free_extras_.pop_back();
+  }
+  extras_[at] = std::move(extra);
+  return at;
 }
 
 template <typename G>
@@ -180,7 +195,11 @@ void Hierarchy<G>::EraseEdge(int l, Index e) {
   }
   AddWeight(l, e, -edge.weight);
   if (edge.queued) level.pending.Erase(e, level.edges);
-  if (edge.extra) extras_.erase(e);
+  if (edge.extra != kNone) {
+    extras_[edge.extra] = Extra();
+    free_extras_.push_back(edge.extra);
+    edge.extra = kNone;
+  }
   UnlinkEdge(l, e);
 }
 

@@ -54,8 +54,7 @@ struct LevelEdge {
   bool merged = false;           // level 0: is no longer new; above: the term holds a merge
   bool queued = false;           // is in Level::pending
   bool dirty = false;            // is in Level::dirty
-  bool extra = false;            // level 0: has more data than fits here (offset, custom cost)
-  std::uint8_t loss = 0;         // level 0: index of the loss
+  Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
 };
 

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <mutex>
 #include <utility>
 
 #include "amd.h"
@@ -32,6 +33,24 @@ struct Adjacency {
   }
 };
 
+// METIS seeds and draws from rand(), and sets handlers of signals: all of that belongs to the
+// process. So one thread at a time, and the caller's sequence goes on as if nothing had been drawn.
+// The numbers that it draws from outlive the call: whoever changes the state from another thread
+// meanwhile may hold on to them.
+class MetisSession {
+ public:
+  MetisSession() : lock_(mutex_), outer_(initstate(1, state_.data(), state_.size())) {}
+  MetisSession(const MetisSession&) = delete;
+  MetisSession& operator=(const MetisSession&) = delete;
+  ~MetisSession() { setstate(outer_); }
+
+ private:
+  static inline std::mutex mutex_;
+  static inline std::array<char, 128> state_;
+  const std::lock_guard<std::mutex> lock_;
+  char* const outer_;
+};
+
 // Nested dissection; `order` stays as it is if that fails.
 void OrderByMetis(Adjacency* adjacency, std::vector<int>* order) {
   cholmod_sparse matrix{};
@@ -46,11 +65,11 @@ void OrderByMetis(Adjacency* adjacency, std::vector<int>* order) {
   std::vector<int> found(order->size());
   cholmod_common common;
   cholmod_start(&common);
-  // METIS seeds and draws from rand(): the caller's sequence goes on as if it had not.
-  std::array<char, 128> state;
-  char* const outer = initstate(1, state.data(), state.size());
-  const bool ok = cholmod_metis(&matrix, nullptr, 0, 1, found.data(), &common) != 0;
-  setstate(outer);
+  bool ok;
+  {
+    const MetisSession session;
+    ok = cholmod_metis(&matrix, nullptr, 0, 1, found.data(), &common) != 0;
+  }
   cholmod_finish(&common);
   if (ok) {
     *order = std::move(found);

@@ -1,9 +1,11 @@
 #include "hpgo/solve/elimination_order.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdlib>
 #include <iterator>
 #include <set>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -95,6 +97,53 @@ TEST(EliminationOrderTest, FillsLessThanTheNaturalOrder) {
     EXPECT_LT(Operations(2500, pairs, FindEliminationOrder(2500, pairs)),
               0.7 * Operations(2500, pairs, natural));
   }
+}
+
+// METIS works with state of the process: the C library's random numbers.
+TEST(EliminationOrderTest, ThreadsTakeTurns) {
+  constexpr int kSide = 40, kThreads = 4, kTimes = 8;
+  const Pairs pairs = Grid(kSide, 2);
+  const EliminationOrder alone = FindEliminationOrder(kSide * kSide, pairs);
+  std::vector<int> differ(kThreads, 0);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < kThreads; ++k) {
+    threads.emplace_back([&, k] {
+      for (int time = 0; time < kTimes; ++time) {
+        differ[k] += FindEliminationOrder(kSide * kSide, pairs).position != alone.position;
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(differ, std::vector<int>(kThreads, 0));
+}
+
+TEST(EliminationOrderTest, TheCallersRandomNumbersGoOn) {
+  const Pairs pairs = Grid(40, 2);
+  srand(17);
+  const int expected[2] = {rand(), rand()};
+  srand(17);
+  EXPECT_EQ(rand(), expected[0]);
+  FindEliminationOrder(1600, pairs);
+  EXPECT_EQ(rand(), expected[1]);
+}
+
+// Another thread may draw meanwhile, and keep a state of its own.
+TEST(EliminationOrderTest, BearsRandomNumbersDrawnMeanwhile) {
+  const Pairs pairs = Grid(40, 2);
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    static char own[64];
+    char* const before = initstate(5, own, sizeof(own));
+    while (!done) rand();
+    setstate(before);
+  });
+  for (int k = 0; k < 8; ++k) {
+    const EliminationOrder order = FindEliminationOrder(1600, pairs);
+    EXPECT_EQ(std::set<int>(order.position.begin(), order.position.end()).size(), 1600u);
+  }
+  done = true;
+  other.join();
+  rand();
 }
 
 }  // namespace
