@@ -29,10 +29,11 @@ Eigen::Matrix<double, N, 1> PackedTimes(const PackedSymmetric<N>& omega,
   return r;
 }
 
-// Replaces a squared error by rho of it; returns the factor on A and b. The second derivative is
+// Replaces a squared error, at least zero, by rho of it; returns the factor on A and b. The second derivative is
 // used only where it is positive, as in Ceres' corrector; then `curvature` multiplies b b'.
 double ApplyLoss(const ceres::LossFunction* loss, double* cost, double* curvature) {
   *curvature = 0;
+  if (*cost < 0) *cost = 0;  // the rounding of a semi-definite form
   if (loss == nullptr) return 1;
   double rho[3];
   loss->Evaluate(*cost, rho);
@@ -155,9 +156,9 @@ bool LinearizeFactor(const FactorTerm<G>& factor, bool unary, const G& T_i_j,
     const Tangent<G> e = TermError(factor, T_i_j, &J);
     Accumulate(factor, J, e, model);
   }
-  if (factor.loss == nullptr) return true;
   double curvature;
   const double weight = ApplyLoss(factor.loss, &model->cost, &curvature);
+  if (factor.loss == nullptr) return true;
   model->A *= weight;
   if (curvature > 0) model->A += curvature * model->b * model->b.transpose();
   model->b *= weight;

@@ -98,15 +98,7 @@ template <typename G>
 bool WhitenTerm(const RelativePoseTerm<G>& term, typename G::Matrix* W, std::string* error) {
   const typename G::Matrix information = term.information.Dense();
   if (WhitenInformation<G::kDof>(information, W)) return true;
-  if (ClassifyInformation<G::kDof>(information) == InformationKind::kNotFinite) {
-    *error = "the information matrix has an entry that is not finite";
-    return false;
-  }
-  const EigenvalueRange range = InformationEigenvalues<G::kDof>(information);
-  std::ostringstream message;
-  message << "the information matrix is not positive semi-definite: its eigenvalues lie between "
-          << range.min << " and " << range.max;
-  *error = message.str();
+  *error = InformationProblem<G::kDof>(information);
   return false;
 }
 

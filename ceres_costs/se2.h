@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <type_traits>
 
 #include "Eigen/Core"
 
@@ -13,6 +14,8 @@ S NormalizeAngle(const S& angle) {
   using std::floor;
   constexpr double kPi = 3.14159265358979323846;
   if (angle >= S(-kPi) && angle <= S(kPi)) return angle;
+  // Rounding would leave very large ones outside.
+  if constexpr (std::is_floating_point_v<S>) return std::remainder(angle, S(2 * kPi));
   return angle - S(2 * kPi) * floor((angle + S(kPi)) / S(2 * kPi));
 }
 

@@ -1,6 +1,8 @@
 // SE(3) for pose graphs. Eigen only; works with ceres::Jet.
 #pragma once
 
+#include <type_traits>
+
 #include "ceres_costs/so3.h"
 
 namespace ceres_costs {
@@ -59,7 +61,16 @@ class SE3T {
     const Quaternion qi = rotation().conjugate();
     return SE3T(qi * Vector(o.translation() - translation()), qi * o.rotation());
   }
-  SE3T Normalized() const { return SE3T(translation(), rotation().normalized()); }
+  SE3T Normalized() const {
+    if constexpr (std::is_floating_point_v<S>) {
+      const S largest_square(1e300);  // beyond, the square of the norm may be infinite
+      if (rotation().squaredNorm() > largest_square) {
+        const S scale = rotation().coeffs().cwiseAbs().maxCoeff();
+        return SE3T(translation(), Quaternion(rotation().coeffs() / scale).normalized());
+      }
+    }
+    return SE3T(translation(), rotation().normalized());
+  }
 
   SE3T Retract(const Tangent& d) const {
     const Eigen::Map<const Quaternion> q = rotation();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
+#include <string>
 
 #include "Eigen/Cholesky"
 #include "Eigen/Eigenvalues"
@@ -26,11 +28,39 @@ Eigen::SelfAdjointEigenSolver<SquareMatrix<N>> Decompose(const SquareMatrix<N>& 
   return Eigen::SelfAdjointEigenSolver<SquareMatrix<N>>(m.transpose(), options);
 }
 
-// Of finite matrices.
 template <int N>
-bool IsIndefinite(const SquareMatrix<N>& m, double tolerance) {
-  const Eigen::Matrix<double, N, 1> values = Decompose<N>(m, Eigen::EigenvaluesOnly).eigenvalues();
-  return values(0) < -tolerance * std::max(std::abs(values(0)), std::abs(values(N - 1)));
+struct UnitDiagonal {
+  // Roots of the diagonal; 0 where nothing is measured.
+  Eigen::Matrix<double, N, 1> scale = Eigen::Matrix<double, N, 1>::Zero();
+  SquareMatrix<N> matrix = SquareMatrix<N>::Zero();  // scaled; zero in rows of scale 0
+  bool indefinite = false;                           // as a minor of 1 x 1 or 2 x 2 shows
+};
+
+// Of a finite matrix.
+template <int N>
+UnitDiagonal<N> ScaleToUnitDiagonal(const SquareMatrix<N>& m, double tolerance) {
+  UnitDiagonal<N> result;
+  const SquareMatrix<N> full = m.template selfadjointView<Eigen::Upper>();
+  const Eigen::Matrix<double, N, 1> roots = full.diagonal().cwiseMax(0).cwiseSqrt();
+  const auto fits = [&](int r, int c) {
+    return r == c ? full(r, r) >= 0 : std::abs(full(r, c)) <= (1 + tolerance) * roots(r) * roots(c);
+  };
+  const double noise = N * std::numeric_limits<double>::epsilon() * full.cwiseAbs().maxCoeff();
+  bool is_noise[N];
+  for (int r = 0; r < N; ++r) {
+    bool row_fits = true;
+    for (int c = 0; c < N; ++c) row_fits = row_fits && fits(r, c);
+    is_noise[r] = !row_fits && full.row(r).cwiseAbs().maxCoeff() <= noise;
+    result.scale(r) = is_noise[r] ? 0 : roots(r);
+  }
+  for (int r = 0; r < N; ++r) {
+    for (int c = 0; c < N; ++c) {
+      if (is_noise[r] || is_noise[c]) continue;
+      result.indefinite |= !fits(r, c);
+      if (roots(r) > 0 && roots(c) > 0) result.matrix(r, c) = full(r, c) / roots(r) / roots(c);
+    }
+  }
+  return result;
 }
 
 }  // namespace
@@ -39,17 +69,34 @@ template <int N>
 InformationKind ClassifyInformation(const Eigen::Matrix<double, N, N>& information,
                                     double tolerance) {
   if (!UpperTriangleIsFinite<N>(information)) return InformationKind::kNotFinite;
-  // The trace bounds the largest eigenvalue of a semi-definite matrix, so a Cholesky factorization
-  // of the shifted matrix proves the common case without eigenvalues.
-  const SquareMatrix<N> shifted =
-      information - SquareMatrix<N>::Identity() * (tolerance * information.trace());
-  if (Eigen::LLT<SquareMatrix<N>, Eigen::Upper>(shifted).info() == Eigen::Success) {
+  // A Cholesky factorization of the matrix less its scaled tolerance proves the common case without
+  // eigenvalues.
+  SquareMatrix<N> less = information;
+  less.diagonal() *= 1 - tolerance;
+  if (Eigen::LLT<SquareMatrix<N>, Eigen::Upper>(less).info() == Eigen::Success) {
     return InformationKind::kPositiveDefinite;
   }
+  const UnitDiagonal<N> unit = ScaleToUnitDiagonal<N>(information, tolerance);
+  if (unit.indefinite) return InformationKind::kIndefinite;
+  const double smallest = InformationEigenvalues<N>(unit.matrix).min;
+  if (smallest < -tolerance) return InformationKind::kIndefinite;
+  return smallest > tolerance ? InformationKind::kPositiveDefinite : InformationKind::kSemiDefinite;
+}
+
+template <int N>
+std::string InformationProblem(const Eigen::Matrix<double, N, N>& information) {
+  const InformationKind kind = ClassifyInformation<N>(information);
+  if (kind == InformationKind::kNotFinite) return "information is not finite";
+  if (kind != InformationKind::kIndefinite) return "";
+  std::ostringstream message;
+  message << "information is not positive semi-definite";
   const EigenvalueRange range = InformationEigenvalues<N>(information);
-  const double zero = tolerance * std::max(std::abs(range.min), std::abs(range.max));
-  if (range.min < -zero) return InformationKind::kIndefinite;
-  return range.min > zero ? InformationKind::kPositiveDefinite : InformationKind::kSemiDefinite;
+  if (range.min < -1e-12 * range.max) {
+    message << ", smallest eigenvalue " << range.min;
+  } else {  // it drowns in the digits of the largest
+    message << " beside its largest eigenvalue " << range.max;
+  }
+  return message.str();
 }
 
 template <int N>
@@ -71,24 +118,18 @@ bool WhitenInformation(const Eigen::Matrix<double, N, N>& information,
     *W = llt.matrixU();
     return true;
   }
-  if (IsIndefinite<N>(information, kInformationTolerance)) return false;
-  // Scaled to a unit diagonal, so that the digits of weak directions do not drown in those of
-  // strong ones (metres and radians share the matrix).
-  Eigen::Matrix<double, N, 1> scale, inverse_scale;
-  for (int k = 0; k < N; ++k) {
-    scale(k) = std::sqrt(std::max(information(k, k), 0.0));
-    inverse_scale(k) = scale(k) > 0 ? 1 / scale(k) : 0;
-  }
-  const SquareMatrix<N> scaled =
-      inverse_scale.asDiagonal() * information * inverse_scale.asDiagonal();
-  const auto eigen = Decompose<N>(scaled, Eigen::ComputeEigenvectors);
+  // Scaled, so that the digits of weak directions do not drown in those of strong ones.
+  const UnitDiagonal<N> unit = ScaleToUnitDiagonal<N>(information, kInformationTolerance);
+  if (unit.indefinite) return false;
+  const auto eigen = Decompose<N>(unit.matrix, Eigen::ComputeEigenvectors);
+  if (eigen.eigenvalues()(0) < -kInformationTolerance) return false;
   const double noise = N * std::numeric_limits<double>::epsilon() * eigen.eigenvalues()(N - 1);
   Eigen::Matrix<double, N, 1> roots;
   for (int k = 0; k < N; ++k) {
     const double value = eigen.eigenvalues()(k);
     roots(k) = value > noise ? std::sqrt(value) : 0;
   }
-  *W = roots.asDiagonal() * eigen.eigenvectors().transpose() * scale.asDiagonal();
+  *W = roots.asDiagonal() * eigen.eigenvectors().transpose() * unit.scale.asDiagonal();
   return true;
 }
 
@@ -106,6 +147,7 @@ Eigen::Matrix<double, N, N> ProjectInformation(const Eigen::Matrix<double, N, N>
 
 #define CERES_COSTS_INSTANTIATE(N)                                                             \
   template InformationKind ClassifyInformation<N>(const Eigen::Matrix<double, N, N>&, double); \
+  template std::string InformationProblem<N>(const Eigen::Matrix<double, N, N>&);              \
   template EigenvalueRange InformationEigenvalues<N>(const Eigen::Matrix<double, N, N>&);      \
   template bool WhitenInformation<N>(const Eigen::Matrix<double, N, N>&,                       \
                                      Eigen::Matrix<double, N, N>*);                            \

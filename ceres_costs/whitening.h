@@ -2,6 +2,8 @@
 // function reads the upper triangle alone, as files store it, and is instantiated for N = 2, 3, 6.
 #pragma once
 
+#include <string>
+
 #include "Eigen/Core"
 
 namespace ceres_costs {
@@ -13,15 +15,22 @@ enum class InformationKind {
   kNotFinite,     // an entry is nan or inf
 };
 
-// Relative to the largest magnitude of an eigenvalue.
+// Of an eigenvalue, once the matrix is scaled to a unit diagonal (metres and radians share it).
 inline constexpr double kInformationTolerance = 1e-9;
 
-// Positive definite if every eigenvalue exceeds tolerance * max |eigenvalue|, indefinite if one
-// lies below the negative of that. About as cheap as a Cholesky factorization where the answer is
-// kPositiveDefinite.
+// By the smallest eigenvalue of D^-1/2 Omega D^-1/2, D the diagonal of Omega: positive definite if
+// it exceeds the tolerance, indefinite if it lies below the negative of that. A negative diagonal
+// entry, and a zero in a row that has others, are indefinite unless the row holds no more than what
+// rounding leaves beside the largest entry. About as cheap as a Cholesky factorization where the
+// answer is kPositiveDefinite.
 template <int N>
 InformationKind ClassifyInformation(const Eigen::Matrix<double, N, N>& information,
                                     double tolerance = kInformationTolerance);
+
+// Why the matrix is no information, as "information is not positive semi-definite, smallest
+// eigenvalue -1"; empty if it is: then WhitenInformation succeeds.
+template <int N>
+std::string InformationProblem(const Eigen::Matrix<double, N, N>& information);
 
 // The extreme eigenvalues, for messages; nan where an entry is not finite.
 struct EigenvalueRange {

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "glog/logging.h"
+#include "hpgo/graph/validate.h"
 #include "hpgo/optimizer_impl.h"
 
 namespace hpgo {
@@ -44,7 +45,7 @@ Status Optimizer<G>::AddNode(NodeId id, const G& pose) {
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddEdge(NodeId i, NodeId j, const G& measurement,
                                      const Matrix& information, Loss loss) {
-  const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
+  const Status status = CheckMeasurement(measurement, information, EdgeName(i, j));
   if (!status.ok()) return status;
   return impl_->AddEdge(i, j, MakeData(measurement, information, std::move(loss)));
 }
@@ -58,7 +59,7 @@ Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
     return Status(StatusCode::kInvalidArgument,
                   EdgeName(i, j) + ": the cost is not over two poses");
   }
-  const Status status = CheckInformation<G::kDof>(information, EdgeName(i, j));
+  const Status status = CheckMeasurement(measurement, information, EdgeName(i, j));
   if (!status.ok()) return status;
   EdgeData<G> data = MakeData(measurement, information, std::move(loss));
   data.custom = std::move(cost);
@@ -67,7 +68,8 @@ Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddPrior(NodeId id, const G& measurement, const Matrix& information,
                                       const G& offset, Loss loss) {
-  const Status status = CheckInformation<G::kDof>(information, PriorName(id));
+  Status status = CheckMeasurement(measurement, information, PriorName(id));
+  if (status.ok()) status = CheckPose(offset, PriorName(id) + ": the offset");
   if (!status.ok()) return status;
   EdgeData<G> data = MakeData(measurement, information, std::move(loss));
   data.offset = std::make_shared<G>(offset);

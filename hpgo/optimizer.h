@@ -56,12 +56,14 @@ class Optimizer {
   // kAlreadyExists; kInvalidArgument for a pose that is not finite.
   Status AddNode(NodeId id, const G& pose);
   // A measurement T_i_j with the information of its error, translation first; loss null: squared.
-  // kNotFound; kInvalidArgument for a self edge, values that are not finite, information that is
-  // not symmetric and positive semi-definite. Several edges between the same nodes are allowed.
+  // kNotFound; kInvalidArgument for a self edge and for values that cannot be used (see
+  // hpgo/graph/validate.h). Several edges between the same nodes are allowed.
   Result<EdgeId> AddEdge(NodeId i, NodeId j, const G& measurement, const Matrix& information,
                          Loss loss = nullptr);
   // Any Ceres cost over {X_i, X_j} in the storage order of G that depends on T_i_j only, with
   // whitened residuals. `measurement` and `information` approximate it where groups are formed.
+  // kInvalidArgument where it cannot be evaluated at the estimate, or changes when both poses are
+  // moved together.
   Result<EdgeId> AddCustomEdge(NodeId i, NodeId j, std::shared_ptr<const ceres::CostFunction> cost,
                                const G& measurement, const Matrix& information,
                                Loss loss = nullptr);
@@ -99,7 +101,8 @@ class Optimizer {
   std::size_t num_edges() const;  // priors among them
   void ForEachPose(const std::function<void(NodeId, const G&)>& visit) const;
   // The poses that have moved since each was last reported here, by more than `distance` (m) or
-  // `angle` (rad). Looks only at the parts of the hierarchy that moved. The first call reports all.
+  // `angle` (rad). Looks only at the parts of the hierarchy that moved. The first call reports all,
+  // and so does one with a negative limit.
   void ForEachMoved(double distance, double angle,
                     const std::function<void(NodeId, const G&)>& visit);
   // The ancestor of a node on a level: the poses of all nodes with the same group move with it.

@@ -1,30 +1,14 @@
 // Optimizer: adding, changing and removing.
 
 #include <algorithm>
-#include <cmath>
 
-#include "ceres_costs/whitening.h"
+#include "ceres_costs/common_motion.h"
 #include "hpgo/graph/compose_poses.h"
+#include "hpgo/graph/validate.h"
 #include "hpgo/optimizer_impl.h"
-#include "hpgo/solve/full_problem.h"
 
 namespace hpgo {
 namespace {
-
-template <typename G>
-Status CheckPose(const G& pose, const std::string& what) {
-  for (int k = 0; k < G::kParams; ++k) {
-    if (!std::isfinite(pose.data()[k])) {
-      return Status(StatusCode::kInvalidArgument, what + " is not finite");
-    }
-  }
-  if constexpr (G::kDim == 3) {
-    if (!(pose.Normalized().rotation().norm() > 0.5)) {  // Eigen leaves a zero as it is
-      return Status(StatusCode::kInvalidArgument, what + " has a zero quaternion");
-    }
-  }
-  return Status::Ok();
-}
 
 template <typename G>
 ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> term) {
@@ -33,32 +17,6 @@ ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> ter
 }
 
 }  // namespace
-
-std::string EdgeName(NodeId i, NodeId j) {
-  return "edge " + std::to_string(i) + " -> " + std::to_string(j);
-}
-
-std::string PriorName(NodeId id) { return "prior of node " + std::to_string(id); }
-
-template <int N>
-Status CheckInformation(const Eigen::Matrix<double, N, N>& information, const std::string& what) {
-  constexpr double kTolerance = 1e-9;  // of the largest entry: what rounding leaves
-  if (!information.allFinite()) {
-    return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not finite");
-  }
-  if ((information - information.transpose()).cwiseAbs().maxCoeff() >
-      kTolerance * information.cwiseAbs().maxCoeff()) {
-    return Status(StatusCode::kInvalidArgument, what + ": the information matrix is not symmetric");
-  }
-  using ceres_costs::InformationKind;
-  if (ceres_costs::ClassifyInformation<N>(information) == InformationKind::kIndefinite) {
-    return Status(StatusCode::kInvalidArgument,
-                  what + ": the information matrix is not positive semi-definite");
-  }
-  return Status::Ok();
-}
-template Status CheckInformation<3>(const Eigen::Matrix3d&, const std::string&);
-template Status CheckInformation<6>(const Eigen::Matrix<double, 6, 6>&, const std::string&);
 
 template <typename G>
 EdgeId Optimizer<G>::Impl::IdOf(Index edge) const {
@@ -122,8 +80,13 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data)
   if (!a.ok()) return Status(a.status().code(), EdgeName(i, j) + ": " + a.status().message());
   if (!b.ok()) return Status(b.status().code(), EdgeName(i, j) + ": " + b.status().message());
   if (i == j) return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": a self edge");
-  const Status status = CheckPose(data.term.measurement, EdgeName(i, j) + ": the measurement");
-  if (!status.ok()) return status;
+  if (data.custom != nullptr) {
+    const std::string problem =
+        ceres_costs::CommonMotionProblem(*data.custom, hierarchy_.RelativePose(0, *a, *b));
+    if (!problem.empty()) {
+      return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": " + problem);
+    }
+  }
   data.term = Normalized(data.term);
   data.weight = ModularityWeight(data.term);
   // The edge may join two components, each held by something.
@@ -136,9 +99,6 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data) {
   const Result<Index> node = FindNode(id);
   const std::string name = PriorName(id);
   if (!node.ok()) return Status(node.status().code(), name + ": " + node.status().message());
-  Status status = CheckPose(data.term.measurement, name + ": the measurement");
-  if (status.ok()) status = CheckPose(*data.offset, name + ": the offset");
-  if (!status.ok()) return status;
   data.term = Normalized(data.term);
   data.offset = std::make_shared<G>(data.offset->Normalized());
   ++num_priors_;
@@ -153,8 +113,7 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   ceres_costs::RelativePoseTerm<G> term;
   term.measurement = measurement;
   term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
-  Status status = CheckPose(measurement, NameOf(*edge) + ": the measurement");
-  if (status.ok()) status = CheckInformation(information, NameOf(*edge));
+  Status status = CheckMeasurement(measurement, information, NameOf(*edge));
   if (status.ok() && hierarchy_.FactorOf(0, *edge).custom != nullptr) {
     status = Status(StatusCode::kInvalidArgument,
                     NameOf(*edge) + ": its cost is the caller's own; remove it and add another");
@@ -269,6 +228,10 @@ Status Optimizer<G>::Impl::AddGraph(const PoseGraph<G>& graph) {
   if (!status.ok()) return status;
   PoseGraph<G> complete = graph;
   ComposeMissingPoses(&complete);
+  for (const GraphNode<G>& node : complete.nodes()) {
+    status = CheckPose(node.pose, "node " + std::to_string(node.id) + ": the composed pose");
+    if (!status.ok()) return status;
+  }
   const auto id = [&](int index) { return graph.nodes()[index].id; };
   for (const GraphNode<G>& node : complete.nodes()) {
     if (status.ok()) status = AddNode(node.id, node.pose);

@@ -21,15 +21,6 @@
 
 namespace hpgo {
 
-// For messages: "edge 3 -> 7", "prior of node 3".
-std::string EdgeName(NodeId i, NodeId j);
-std::string PriorName(NodeId id);
-
-// kInvalidArgument, `what` first, unless the matrix is finite, symmetric and positive
-// semi-definite.
-template <int N>
-Status CheckInformation(const Eigen::Matrix<double, N, N>& information, const std::string& what);
-
 template <typename G>
 class Optimizer<G>::Impl {
  public:

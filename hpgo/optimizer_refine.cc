@@ -72,7 +72,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
     if (work < next_look) return false;
     next_look = 2 * work;
     const double before = std::exchange(cost_at_look, Cost());
-    return before - cost_at_look < kStandstill * cost_at_look;
+    return !(before - cost_at_look >= kStandstill * cost_at_look);  // as where it is infinite
   };
   double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();

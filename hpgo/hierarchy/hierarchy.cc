@@ -213,6 +213,7 @@ void Hierarchy<G>::MarkDirty(int l, Index edge) {
 
 template <typename G>
 void Hierarchy<G>::SetPending(int l, Index edge, float pending, float threshold) {
+  DCHECK_GE(pending, 0) << "level " << l << ", edge " << edge;  // a NaN would never be looked at
   Level<G>& level = *levels_[l];
   level.pending.Update(edge, pending, threshold, level.edges);
 }

@@ -128,14 +128,18 @@ void Hierarchy<G>::ForEachMoved(double distance, double angle,
   MotionBound limit;
   limit.distance = static_cast<float>(distance);
   limit.angle = static_cast<float>(angle);
-  // Nodes that no group has yet hang from nothing.
+  // Nodes that no group has yet hang from nothing. They may wait more than once.
+  const std::uint32_t visited = NewStamp();
   for (const LevelItem& item : unassigned_) {
-    const LevelNode<G>& node = levels_[item.l]->nodes[item.index];
-    if (node.alive && node.parent == kNone) VisitMoved(item.l, item.index, limit, visit);
+    LevelNode<G>& node = levels_[item.l]->nodes[item.index];
+    if (!node.alive || node.parent != kNone || node.stamp == visited) continue;
+    node.stamp = visited;
+    VisitMoved(item.l, item.index, limit, visit);
   }
   const int top = num_levels() - 1;
   for (Index n = 0; n < static_cast<Index>(levels_[top]->nodes.size()); ++n) {
-    if (levels_[top]->nodes[n].alive) VisitMoved(top, n, limit, visit);
+    const LevelNode<G>& node = levels_[top]->nodes[n];
+    if (node.alive && node.stamp != visited) VisitMoved(top, n, limit, visit);
   }
 }
 

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hpgo/graph/validate.h"
+
 namespace hpgo {
 namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
-
-// Below this a quaternion is noise.
-constexpr double kZeroQuaternion = 1e-9;
 
 // The rows and columns from `first` on, a packed upper triangle of size `count`.
 template <typename Matrix>

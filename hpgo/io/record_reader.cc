@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "ceres_costs/whitening.h"
+#include "hpgo/graph/validate.h"
 #include "hpgo/io/record_fields.h"
 
 namespace hpgo {
@@ -48,6 +49,10 @@ template <typename G>
 bool RecordReader<G>::TakePose(G* pose) {
   double norm = 1;
   const QuaternionState state = ToPose(numbers_.data(), tag_->pose, pose, &norm);
+  if (state != QuaternionState::kZero && !PoseProblem(*pose).empty()) {
+    Fail("pose " + PoseProblem(*pose), FieldSpan(text_, 1 + tag_->ids, tag_->pose));
+    return false;
+  }
   if (state == QuaternionState::kUnit) return true;
   const std::string_view quaternion = FieldSpan(text_, 1 + tag_->ids + 3, 4);
   if (state == QuaternionState::kZero) {
@@ -87,7 +92,8 @@ template <int N>
 bool RecordReader<G>::CheckBlock(typename G::Matrix* information) {
   using ceres_costs::InformationKind;
   const Eigen::Matrix<double, N, N> block = information->template topLeftCorner<N, N>();
-  const InformationKind kind = ceres_costs::ClassifyInformation<N>(block);
+  InformationKind kind = ceres_costs::ClassifyInformation<N>(block);
+  if (block.cwiseAbs().maxCoeff() > kLargestValue) kind = InformationKind::kNotFinite;
   if (kind == InformationKind::kPositiveDefinite) return true;
   if (kind == InformationKind::kSemiDefinite) {
     ++counts_->semidefinite_informations;
@@ -98,8 +104,7 @@ bool RecordReader<G>::CheckBlock(typename G::Matrix* information) {
     Fail("information is too large", text);
     return false;
   }
-  const std::string what = "information is not positive semi-definite, smallest eigenvalue " +
-                           ShortNumber(ceres_costs::InformationEigenvalues<N>(block).min);
+  const std::string what = InformationProblem<N>(block);
   if (!options_.project_information) {
     const bool toro = tag_->toro_order && options_.edge2_order == Edge2Order::kToro;
     Fail(what + (toro ? " (in TORO's order xx xy yy tt xt yt)" : ""), text);

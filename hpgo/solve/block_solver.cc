@@ -25,6 +25,10 @@ constexpr double kShortest = 0.05;  // of the Gauss-Newton step
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
+// A few degrees before the half turn, steps grow short.
+bool IsHalfTurn(const SE2& deviation) { return std::cos(deviation.angle() / 2) < 0.05; }
+bool IsHalfTurn(const SE3& deviation) { return std::abs(deviation.rotation().w()) < 0.05; }
+
 template <typename G>
 class BlockSolver : public SubproblemSolver<G> {
  public:
@@ -60,6 +64,10 @@ class BlockSolver : public SubproblemSolver<G> {
       if (seconds() > options.max_seconds) break;
       ++summary.iterations;
       const StepResult step = Step(cost, &damping, &summary);
+      if (!(cost - step.cost > negligible(cost)) && step.promised > negligible(cost) &&
+          CrossHalfTurn(options, negligible, &cost, &summary)) {
+        continue;
+      }
       if (!step.accepted) {
         summary.converged = step.promised <= negligible(cost);
         break;
@@ -134,6 +142,62 @@ class BlockSolver : public SubproblemSolver<G> {
       *damping = std::max(10 * *damping, factorized ? kUsefulDamping : kMinDamping);
     }
     return result;
+  }
+
+  // Of an edge at the half turn, where its error jumps.
+  bool StandsAtHalfTurn(const Factor<G>& factor) const {
+    if (factor.custom != nullptr) return false;
+    const G& X_j = problem_->poses[factor.j];
+    const G T = factor.i == kWorldFrame ? X_j : problem_->poses[factor.i].Between(X_j);
+    return IsHalfTurn(factor.term->measurement.Between(
+        factor.offset == nullptr ? T : G(T * *factor.offset)));
+  }
+
+  // The cost has a cliff where an edge stands at the half turn: a step across it looks bad, though
+  // what lies beyond may be lower. Takes the step, and stays if a few more end below where it
+  // began; else all is as it was.
+  template <typename Negligible>
+  bool CrossHalfTurn(const SubproblemOptions& options, const Negligible& negligible, double* cost,
+                     SubproblemSummary* summary) {
+    constexpr int kMostIterations = 20;
+    const auto& factors = problem_->factors;
+    if (std::none_of(factors.begin(), factors.end(),
+                     [&](const Factor<G>& factor) { return StandsAtHalfTurn(factor); })) {
+      return false;
+    }
+    const std::vector<G> before = problem_->poses;
+    Linearize();
+    double damping = kUsefulDamping;
+    bool lower = false;
+    if (system_.Factorize(damping)) {
+      FindStep(damping);
+      for (int k = 0; k < problem_->num_free; ++k) {
+        const Vector d(&step_[static_cast<std::size_t>(k) * G::kDof]);
+        problem_->poses[k] = problem_->poses[k].Retract(d);
+      }
+      double beyond = Linearize();
+      SubproblemSummary unused;
+      for (int k = 0; k < kMostIterations && std::isfinite(beyond); ++k) {
+        if (options.cancel != nullptr && *options.cancel) break;
+        const StepResult step = Step(beyond, &damping, &unused);
+        if (!step.accepted) break;
+        const double decrease = beyond - step.cost;
+        beyond = step.cost;
+        Linearize();
+        if (decrease <= negligible(beyond)) break;
+      }
+      lower = *cost - beyond > negligible(*cost);
+      if (lower) {
+        summary->predicted_decrease += *cost - beyond;
+        *cost = beyond;
+      }
+    }
+    if (!lower) {
+      problem_->poses = before;
+      Linearize();
+    }
+    summary->damped = true;
+    return lower;
   }
 
   // Sets step_, the minimum of the damped quadratic model; returns how much the undamped one

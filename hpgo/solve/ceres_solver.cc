@@ -130,7 +130,7 @@ class CeresSolver final : public SubproblemSolver<G> {
             StatusCode::kInvalidArgument,
             "the factor between poses " + std::to_string(factor.i) + " and " +
                 std::to_string(factor.j) +
-                (factor.custom == nullptr ? ": the information matrix is not positive semi-definite"
+                (factor.custom == nullptr ? ": information is not positive semi-definite"
                                           : ": the cost's parameter blocks are not these poses"));
       }
       auto* loss = const_cast<ceres::LossFunction*>(factor.loss);  // Ceres only evaluates it

@@ -11,12 +11,6 @@
 
 namespace hpgo {
 
-// kInvalidArgument, naming the node or edge, for a pose, measurement or information matrix that is
-// not finite, for a zero quaternion, and for information that is not symmetric positive
-// semi-definite. Poses that a node does not have are not looked at.
-template <typename G>
-Status CheckGraph(const PoseGraph<G>& graph);
-
 // Holds the terms that the factors of its Subproblem point to. Not synchronized.
 template <typename G>
 class FullProblem {

@@ -9,6 +9,7 @@
 #include "ceres_costs/losses.h"
 #include "hpgo/graph/components.h"
 #include "hpgo/graph/edge_classes.h"
+#include "hpgo/graph/validate.h"
 #include "hpgo/solve/full_problem.h"
 #include "hpgo/solve/solver_factory.h"
 

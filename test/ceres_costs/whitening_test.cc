@@ -1,6 +1,9 @@
 #include "ceres_costs/whitening.h"
 
+#include <cmath>
 #include <limits>
+#include <random>
+#include <string>
 
 #include "ceres_costs/packed_symmetric.h"
 #include "test/ceres_costs/samples.h"
@@ -120,26 +123,90 @@ TEST(WhitenInformationTest, ReadsTheUpperTriangleAlone) {
   EXPECT_FALSE(WhitenInformation<3>(information, &W));
 }
 
-TEST(ClassifyInformationTest, ByTheSmallestEigenvalue) {
-  const auto classify = [](double smallest) {
-    Matrix3d Q = Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
-    return ClassifyInformation<3>(Q * Eigen::Vector3d(1e4, 10, smallest).asDiagonal() *
-                                  Q.transpose());
-  };
-  EXPECT_EQ(classify(1), InformationKind::kPositiveDefinite);
-  EXPECT_EQ(classify(1.01e-5), InformationKind::kPositiveDefinite);
-  EXPECT_EQ(classify(0.99e-5), InformationKind::kSemiDefinite);
-  EXPECT_EQ(classify(0), InformationKind::kSemiDefinite);
-  EXPECT_EQ(classify(-0.99e-5), InformationKind::kSemiDefinite);
-  EXPECT_EQ(classify(-1.01e-5), InformationKind::kIndefinite);
-  EXPECT_EQ(classify(-1e5), InformationKind::kIndefinite);
-  EXPECT_EQ(classify(kNan), InformationKind::kNotFinite);
+// Of a unit diagonal: eigenvalues 1 + c and 1 - c.
+Matrix2d Correlated(double c, double scale_x = 1, double scale_y = 1) {
+  const Eigen::Vector2d scale(scale_x, scale_y);
+  return scale.asDiagonal() * (Matrix2d() << 1, c, c, 1).finished() * scale.asDiagonal();
+}
+
+TEST(ClassifyInformationTest, ByTheSmallestEigenvalueAtAUnitDiagonal) {
+  for (const double scale : {1e-7, 1., 1e8}) {
+    const auto classify = [&](double smallest) {
+      return ClassifyInformation<2>(Correlated(1 - smallest, 1, scale));
+    };
+    EXPECT_EQ(classify(1), InformationKind::kPositiveDefinite) << scale;
+    EXPECT_EQ(classify(1.01e-9), InformationKind::kPositiveDefinite) << scale;
+    EXPECT_EQ(classify(0.99e-9), InformationKind::kSemiDefinite) << scale;
+    EXPECT_EQ(classify(0), InformationKind::kSemiDefinite) << scale;
+    EXPECT_EQ(classify(-0.99e-9), InformationKind::kSemiDefinite) << scale;
+    EXPECT_EQ(classify(-1.01e-9), InformationKind::kIndefinite) << scale;
+    EXPECT_EQ(classify(-1e5), InformationKind::kIndefinite) << scale;
+    EXPECT_EQ(classify(kNan), InformationKind::kNotFinite) << scale;
+  }
   EXPECT_EQ(ClassifyInformation<3>(Matrix3d::Zero()), InformationKind::kSemiDefinite);
   EXPECT_EQ(ClassifyInformation<6>(-Matrix6d::Identity()), InformationKind::kIndefinite);
 }
 
+// Metres and radians share the matrix: what is small beside the largest eigenvalue may be large in
+// its own row.
+TEST(ClassifyInformationTest, SmallAndIndefiniteBesideALargeOne) {
+  const auto expect_indefinite = [](const Matrix3d& information, const std::string& problem) {
+    Matrix3d W;
+    EXPECT_EQ(ClassifyInformation<3>(information), InformationKind::kIndefinite) << information;
+    EXPECT_FALSE(WhitenInformation<3>(information, &W)) << information;
+    EXPECT_EQ(InformationProblem<3>(information), problem);
+  };
+  const std::string what = "information is not positive semi-definite";
+  Matrix3d information = Eigen::Vector3d(1, 1, 1e10).asDiagonal();
+  information(0, 1) = information(1, 0) = 2;  // eigenvalues 3 and -1
+  expect_indefinite(information, what + ", smallest eigenvalue -1");
+  expect_indefinite(Eigen::Vector3d(1e10, 1, -1).asDiagonal(), what + ", smallest eigenvalue -1");
+  information = Eigen::Vector3d(1, 0, 1e10).asDiagonal();
+  information(0, 1) = information(1, 0) = 0.5;  // a zero in a row that is not
+  expect_indefinite(information, what + ", smallest eigenvalue -0.207107");
+  information = Eigen::Vector3d(1e-6, 1e-6, 1e10).asDiagonal();
+  information(0, 1) = information(1, 0) = 1e-3;
+  expect_indefinite(information, what + " beside its largest eigenvalue 1e+10");
+}
+
+TEST(ClassifyInformationTest, RoundingBesideTheLargestEntryIsZero) {
+  Matrix3d information = Eigen::Vector3d(1, -1e-17, 1).asDiagonal();
+  information(0, 1) = information(1, 0) = 1e-17;
+  EXPECT_EQ(ClassifyInformation<3>(information), InformationKind::kSemiDefinite);
+  Matrix3d W;
+  ASSERT_TRUE(WhitenInformation<3>(information, &W));
+  EXPECT_EQ(W.col(1).norm(), 0);
+  const Matrix3d flat_information = Eigen::Vector3d(1, 0, 1).asDiagonal();
+  EXPECT_TRUE(IsNear(W.transpose() * W, flat_information, 1e-15));
+  // The square of a direction that is turned has such entries.
+  std::mt19937 rng(5);
+  for (int k = 0; k < 200; ++k) {
+    const Matrix3d Q = Eigen::Quaterniond::UnitRandom().matrix();
+    const Matrix3d flat = Q * Eigen::Vector3d(1e10, 1, 0).asDiagonal() * Q.transpose();
+    EXPECT_NE(ClassifyInformation<3>(flat), InformationKind::kIndefinite) << flat;
+  }
+}
+
+TEST(ClassifyInformationTest, AgreesWithWhitening) {
+  std::mt19937 rng(6);
+  std::uniform_real_distribution<double> uniform(-1, 1), exponent(-12, 12);
+  for (int k = 0; k < 2000; ++k) {
+    Matrix3d information;
+    Eigen::Vector3d scale;
+    for (int r = 0; r < 3; ++r) {
+      scale(r) = std::pow(10, exponent(rng));
+      for (int c = 0; c <= r; ++c) information(r, c) = information(c, r) = uniform(rng) + (r == c);
+    }
+    information = scale.asDiagonal() * information * scale.asDiagonal();
+    Matrix3d W;
+    EXPECT_EQ(WhitenInformation<3>(information, &W),
+              ClassifyInformation<3>(information) != InformationKind::kIndefinite)
+        << information;
+  }
+}
+
 TEST(ClassifyInformationTest, ToleranceIsTheCallers) {
-  const Matrix2d information = Eigen::Vector2d(1, -1e-4).asDiagonal();
+  const Matrix2d information = Correlated(1 + 1e-4);
   EXPECT_EQ(ClassifyInformation<2>(information, 1e-3), InformationKind::kSemiDefinite);
   EXPECT_EQ(ClassifyInformation<2>(information, 1e-5), InformationKind::kIndefinite);
 }

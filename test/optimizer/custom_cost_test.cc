@@ -7,6 +7,7 @@
 
 #include "ceres/autodiff_cost_function.h"
 #include "ceres/sized_cost_function.h"
+#include "ceres_costs/common_motion.h"
 #include "gtest/gtest.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
@@ -32,9 +33,25 @@ struct PlanarError {
   }
 };
 
-class NeverDefined : public ceres::SizedCostFunction<3, 3, 3> {
+// |p_i - p_j| - distance, as long as it is defined at all.
+class Distance : public ceres::SizedCostFunction<1, 3, 3> {
  public:
-  bool Evaluate(double const* const*, double*, double**) const override { return false; }
+  explicit Distance(double distance) : distance_(distance) {}
+  bool Evaluate(double const* const* x, double* r, double** J) const override {
+    const Eigen::Map<const Eigen::Vector2d> i(x[0]), j(x[1]);
+    const double d = (j - i).norm();
+    *r = d - distance_;
+    for (int k = 0; k < 2 && J != nullptr; ++k) {
+      if (J[k] == nullptr) continue;
+      Eigen::Map<Eigen::RowVector3d> row(J[k]);
+      row << (k == 0 ? -1 : 1) * (j - i).transpose() / d, 0;
+    }
+    return defined;
+  }
+  bool defined = true;
+
+ private:
+  const double distance_;
 };
 
 class CustomCostTest : public testing::TestWithParam<Engine> {
@@ -92,8 +109,9 @@ TEST_P(CustomCostTest, ThatCannotBeEvaluatedIsReportedAndChangesNothing) {
   ASSERT_TRUE(optimizer.AddNode(4, SE2()).ok());
   ASSERT_TRUE(optimizer.AddNode(5, SE2(1, 0, 0)).ok());
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
-  const EdgeId bad =
-      *optimizer.AddCustomEdge(4, 5, std::make_shared<NeverDefined>(), SE2(1, 0, 0), I);
+  const auto cost = std::make_shared<Distance>(2);
+  const EdgeId bad = *optimizer.AddCustomEdge(4, 5, cost, SE2(1, 0, 0), I);
+  cost->defined = false;
   ASSERT_TRUE(optimizer.AddEdge(4, 5, SE2(2, 0, 0), I).ok());
   const UpdateReport report = optimizer.Update();
   EXPECT_EQ(report.status.code(), StatusCode::kNoSolution);
@@ -117,8 +135,7 @@ TEST(CustomCostErrorsTest, WrongSizesAndUpdatesAreRefused) {
   ASSERT_TRUE(optimizer.AddNode(5, SE3()).ok());
   const SE3::Matrix I = SE3::Matrix::Identity();
   const std::string message = "edge 4 -> 5: the cost is not over two poses";
-  Status status =
-      optimizer.AddCustomEdge(4, 5, std::make_shared<NeverDefined>(), SE3(), I).status();
+  Status status = optimizer.AddCustomEdge(4, 5, std::make_shared<Distance>(2), SE3(), I).status();
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(status.message(), message);
   EXPECT_EQ(optimizer.AddCustomEdge(4, 5, nullptr, SE3(), I).status().message(), message);
@@ -127,12 +144,59 @@ TEST(CustomCostErrorsTest, WrongSizesAndUpdatesAreRefused) {
   Optimizer2d planar;
   ASSERT_TRUE(planar.AddNode(4, SE2()).ok());
   ASSERT_TRUE(planar.AddNode(5, SE2()).ok());
-  const EdgeId edge = *planar.AddCustomEdge(4, 5, std::make_shared<NeverDefined>(), SE2(),
-                                            Eigen::Matrix3d::Identity());
+  const auto cost = std::make_shared<Distance>(2);
+  const EdgeId edge = *planar.AddCustomEdge(4, 5, cost, SE2(), Eigen::Matrix3d::Identity());
   status = planar.UpdateEdge(edge, SE2(), Eigen::Matrix3d::Identity());
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(status.message(),
             "edge 4 -> 5: its cost is the caller's own; remove it and add another");
+}
+
+// What the world's axes or origin have a part in.
+struct InTheWorld {
+  enum Kind { kShift, kPlace, kHeading, kTilt } kind;
+  template <typename T>
+  bool operator()(const T* i, const T* j, T* residual) const {
+    if (kind == kShift) residual[0] = j[0] - i[0] - 1.;
+    if (kind == kPlace) residual[0] = j[0] + i[1] - 1.;
+    if (kind == kHeading) residual[0] = 1e-2 * j[2] + ceres::cos(j[2] - i[2]);
+    if (kind == kTilt) residual[0] = ceres::sin(j[2]);
+    return true;
+  }
+};
+
+TEST(CustomCostErrorsTest, MoreThanTheRelativePoseIsRefused) {
+  Optimizer2d optimizer;
+  ASSERT_TRUE(optimizer.AddNode(4, SE2()).ok());
+  ASSERT_TRUE(optimizer.AddNode(5, SE2(1, 2, 3)).ok());
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  for (const auto kind :
+       {InTheWorld::kShift, InTheWorld::kPlace, InTheWorld::kHeading, InTheWorld::kTilt}) {
+    const auto cost =
+        std::make_shared<ceres::AutoDiffCostFunction<InTheWorld, 1, 3, 3>>(new InTheWorld{kind});
+    const Status status = optimizer.AddCustomEdge(4, 5, cost, SE2(), I).status();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+    EXPECT_EQ(status.message().find("edge 4 -> 5: its cost depends on more than T_i_j: "), 0u)
+        << kind << " " << status.message();
+  }
+  const auto never = std::make_shared<Distance>(2);
+  never->defined = false;
+  EXPECT_EQ(optimizer.AddCustomEdge(4, 5, never, SE2(), I).status().message(),
+            "edge 4 -> 5: its cost cannot be evaluated at the estimate");
+  EXPECT_EQ(optimizer.num_edges(), 0u);
+}
+
+TEST(CustomCostErrorsTest, WeightsAndFarPlacesAreNoReason) {
+  for (const double weight : {1e-6, 1., 1e6}) {
+    for (const double angle : {-3.1, 0., 1., 3.1}) {
+      const SE2 measurement(30, -200, angle);
+      const auto cost = std::make_shared<ceres::AutoDiffCostFunction<PlanarError, 3, 3, 3>>(
+          new PlanarError{measurement, Eigen::Vector3d(weight, 2, 1 / weight)});
+      EXPECT_EQ(ceres_costs::CommonMotionProblem(*cost, measurement), "") << weight << " " << angle;
+      EXPECT_EQ(ceres_costs::CommonMotionProblem(*cost, SE2(1, 0, -angle)), "")
+          << weight << " " << angle;
+    }
+  }
 }
 
 }  // namespace

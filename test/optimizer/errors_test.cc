@@ -89,7 +89,8 @@ TYPED_TEST(ErrorsTest, Edges) {
                     "edge 7 -> -3: the measurement is not finite");
   Matrix bad = I;
   bad(0, 0) = -1;
-  const std::string indefinite = ": the information matrix is not positive semi-definite";
+  const std::string indefinite =
+      ": information is not positive semi-definite, smallest eigenvalue -1";
   this->ExpectError(optimizer.AddEdge(7, -3, Z, bad).status(), kInvalid,
                     "edge 7 -> -3" + indefinite);
   this->ExpectError(optimizer.AddPrior(7, Z, bad).status(), kInvalid,
@@ -101,10 +102,10 @@ TYPED_TEST(ErrorsTest, Edges) {
   bad = I;
   bad(1, 0) = 0.5;  // the half that no file stores
   this->ExpectError(optimizer.AddEdge(7, -3, Z, bad).status(), kInvalid,
-                    "edge 7 -> -3: the information matrix is not symmetric");
+                    "edge 7 -> -3: information is not symmetric");
   bad(1, 0) = std::numeric_limits<double>::infinity();
   this->ExpectError(optimizer.AddEdge(7, -3, Z, bad).status(), kInvalid,
-                    "edge 7 -> -3: the information matrix is not finite");
+                    "edge 7 -> -3: information is not finite");
   this->ExpectError(optimizer.AddPrior(9, Z, I).status(), kMissing, "prior of node 9: no node 9");
   this->ExpectError(optimizer.AddPrior(7, Z, I, this->BadPose()).status(), kInvalid,
                     "prior of node 7: the offset is not finite");
@@ -162,7 +163,7 @@ TYPED_TEST(ErrorsTest, AddGraphAddsAllOrNothing) {
                     "prior of node 22: the offset is not finite");
   graph.edge(0).information(0, 1) = 0.1;
   this->ExpectError(optimizer.AddGraph(graph), kInvalid,
-                    "edge 20 -> 21: the information matrix is not symmetric");
+                    "edge 20 -> 21: information is not symmetric");
   graph.node(2).pose = this->BadPose();
   this->ExpectError(optimizer.AddGraph(graph), kInvalid, "node 22: the pose is not finite");
   GraphNode<TypeParam> taken;

@@ -434,17 +434,15 @@ TYPED_TEST(FullSolveTest, UnusableValuesAreNamedAndNothingChanges) {
   EXPECT_EQ(message(graph), "edge 101 -> 102: the measurement is not finite");
   graph = good;
   graph.edge(3).information(1, 1) = nan;
-  EXPECT_EQ(message(graph),
-            "edge 103 -> 104: the information matrix has an entry that is not finite");
+  EXPECT_EQ(message(graph), "edge 103 -> 104: information is not finite");
   graph = good;
   graph.edge(0).information(0, 1) += 1;
-  EXPECT_EQ(message(graph), "edge 100 -> 101: the information matrix is not symmetric");
+  EXPECT_EQ(message(graph), "edge 100 -> 101: information is not symmetric");
   graph = good;
   graph.edge(0).information = TypeParam::Matrix::Identity();
   graph.edge(0).information(0, 0) = -2;
   EXPECT_EQ(message(graph),
-            "edge 100 -> 101: the information matrix is not positive semi-definite: its "
-            "eigenvalues lie between -2 and 1");
+            "edge 100 -> 101: information is not positive semi-definite, smallest eigenvalue -2");
   graph = good;
   GraphPrior<TypeParam> prior;
   prior.node = 4;
