@@ -65,14 +65,19 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   // Where the levels' models disagree, windows may undo each other's work for ever. So the cost is
   // looked at after the work of so many passes over the graph, and whenever that has doubled.
   constexpr double kPasses = 50, kStandstill = 1e-6;  // the latter of the cost
+  // No more than about 50,000 passes: where all is ill-conditioned the cost may creep for ever.
+  constexpr int kMostLooks = 10;
+  int looks = 0;
   const double first_look = kPasses * hierarchy_.level(0).num_nodes;
   double work = 0, next_look = first_look;
   double cost_at_look = std::numeric_limits<double>::infinity();
   const auto stands_still = [&] {
     if (work < next_look) return false;
     next_look = 2 * work;
+    ++looks;
     const double before = std::exchange(cost_at_look, Cost());
-    return !(before - cost_at_look >= kStandstill * cost_at_look);  // as where it is infinite
+    // A window promised more than tau; or the cost is infinite.
+    return !(before - cost_at_look >= std::max(kStandstill * cost_at_look, thresholds_.tau));
   };
   double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();
@@ -113,10 +118,11 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
         QueueAll();
         work = 0;
         next_look = first_look;
+        looks = 0;
         sum.at_rest = false;
       }
     }
-  } while (!sum.at_rest && !stopped());
+  } while (!sum.at_rest && looks < kMostLooks && !stopped());
   sum.newest_moved = MotionBetween(newest_before, NewestPose());
   sum.seconds = elapsed();
   return sum;
