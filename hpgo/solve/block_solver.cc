@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hpgo/solve/block_system.h"
+#include "hpgo/solve/damping.h"
 
 namespace hpgo {
 namespace {
@@ -16,12 +17,6 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using Clock = std::chrono::steady_clock;
 
-constexpr double kMinDamping = 1e-12;
-constexpr double kMaxDamping = 1e12;
-// Of the diagonal. Less may make a matrix definite; where a step is too long, a shorter one along
-// it does as well.
-constexpr double kUsefulDamping = 1e-2;
-constexpr double kShortest = 0.05;  // of the Gauss-Newton step
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
@@ -135,11 +130,11 @@ class BlockSolver : public SubproblemSolver<G> {
         }
         if (*damping == 0 && std::isfinite(result.cost)) {
           summary->damped = true;
-          const double t = BestLength(promised, result.cost - cost);
-          if (t > kShortest && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
+          const double t = BestStepLength(promised, result.cost - cost);
+          if (t > kShortestStep && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
         }
       }
-      *damping = std::max(10 * *damping, factorized ? kUsefulDamping : kMinDamping);
+      *damping = MoreDamping(*damping, factorized);
     }
     return result;
   }
@@ -231,23 +226,6 @@ class BlockSolver : public SubproblemSolver<G> {
     result->accepted = result->cost < cost || (result->cost <= cost + noise && predicted <= noise);
     if (result->accepted) problem_->poses.swap(trial_);
     return result->accepted;
-  }
-
-  // Where to end along a step that raised the cost by `rise` and not lowered it by `promised`: what
-  // the quadratic model misses grows with the third power of the length t, so that the minimum is
-  // that of -promised (2 t - t^2) + missed t^3.
-  static double BestLength(double promised, double rise) {
-    const double missed = rise + promised;
-    return (std::sqrt(promised * (promised + 6 * missed)) - promised) / (3 * missed);
-  }
-
-  // After a step that gained `share` of what it promised: Nielsen's rule, unless the damping was
-  // for the matrix to be definite.
-  static double LessDamping(double damping, double share) {
-    if (damping < kUsefulDamping) return damping <= kMinDamping ? 0 : damping / 10;
-    const double q = 2 * std::clamp(share, 0., 1.) - 1;
-    damping *= std::max(0.1, 1 - q * q * q);
-    return damping < kUsefulDamping ? 0 : damping;
   }
 
   Subproblem<G>* problem_ = nullptr;

@@ -1,0 +1,411 @@
+#include "hpgo/ceres/pose_system.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "Eigen/Core"
+#include "ceres/cost_function.h"
+#include "ceres/loss_function.h"
+#include "ceres/manifold.h"
+#include "hpgo/solve/block_cholesky.h"
+
+namespace hpgo {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+template <int Rows, int Cols>
+using RowMajor = Eigen::Matrix<double, Rows, Cols, Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
+
+// A block that moves.
+struct FreeBlock {
+  int size = 0, tangent = 0;
+  int offset = 0;  // of its values
+  int step_at = 0;
+  int jacobian_at = -1;  // of its PlusJacobian; -1: the identity
+  const ceres::Manifold* manifold = nullptr;
+};
+
+// out (m rows, column-major with m rows a column) = J P, with J m x Size and P Size x Tangent,
+// row-major.
+template <int Size, int Tangent>
+void MultiplyFixed(int m, const double* J, const double* P, double* out) {
+  const Eigen::Map<const RowMajor<Size, Tangent>> p(P);
+  for (int r = 0; r < m; ++r) {
+    const Eigen::Matrix<double, 1, Tangent> row =
+        Eigen::Map<const Eigen::Matrix<double, 1, Size>>(J + r * Size) * p;
+    for (int c = 0; c < Tangent; ++c) out[c * m + r] = row(c);
+  }
+}
+
+void MultiplyAny(int m, int size, int tangent, const double* J, const double* P, double* out) {
+  for (int r = 0; r < m; ++r) {
+    for (int c = 0; c < tangent; ++c) {
+      double sum = 0;
+      for (int k = 0; k < size; ++k) sum += J[r * size + k] * P[k * tangent + c];
+      out[c * m + r] = sum;
+    }
+  }
+}
+
+void ToLocal(int m, const FreeBlock& block, const double* J, const double* P, double* out) {
+  if (block.jacobian_at < 0) {
+    for (int r = 0; r < m; ++r) {
+      for (int c = 0; c < block.size; ++c) out[c * m + r] = J[r * block.size + c];
+    }
+  } else if (block.size == 7 && block.tangent == 6) {
+    MultiplyFixed<7, 6>(m, J, P, out);
+  } else if (block.size == 4 && block.tangent == 3) {
+    MultiplyFixed<4, 3>(m, J, P, out);
+  } else if (block.size == 3 && block.tangent == 3) {
+    MultiplyFixed<3, 3>(m, J, P, out);
+  } else {
+    MultiplyAny(m, block.size, block.tangent, J, P, out);
+  }
+}
+
+// D: the size of the Hessian's blocks. Poses of fewer degrees of freedom are padded with ones on
+// the diagonal.
+template <int D>
+class PoseSystemOf final : public PoseSystem {
+ public:
+  PoseSystemOf(const ProblemView& problem, const PoseBlocks& poses)
+      : problem_(problem), poses_(poses) {
+    CopyValues();
+    NumberPoses();
+    SortResiduals();
+    FindPairs();
+    cholesky_.Analyze(num_poses_, pairs_);
+  }
+
+  double FixedCost() override {
+    double sum = 0;
+    for (const int r : fixed_) sum += Evaluate(r, values_.data());
+    return sum / 2;
+  }
+
+  double Linearize() override {
+    UpdatePlusJacobians();
+    cholesky_.SetZero();
+    gradient_.assign(static_cast<std::size_t>(num_poses_) * D, 0.);
+    double cost = 0;
+    for (const Active& active : active_) cost += Add(active);
+    bool finite = std::isfinite(cost) && MeasureGradient();
+    for (int p = 0; p < num_poses_; ++p) {
+      Block block(cholesky_.Diagonal(p));
+      finite &= block.allFinite();
+      // Padding, and what nothing measures: it stays where it is.
+      for (int c = 0; c < D; ++c) {
+        if (block(c, c) == 0) block(c, c) = 1;
+      }
+    }
+    return finite ? cost / 2 : kNaN;
+  }
+
+  double gradient_norm() const override { return gradient_norm_; }
+  double gradient_max_norm() const override { return gradient_max_norm_; }
+  bool Factorize(double damping) override { return cholesky_.Factor(damping); }
+
+  double FindStep(double damping) override {
+    step_.resize(gradient_.size());
+    for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient_[k];
+    cholesky_.Solve(step_.data());
+    double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
+    for (int p = 0; p < num_poses_; ++p) {
+      const Eigen::Map<const Vector> d(&step_[static_cast<std::size_t>(p) * D]);
+      descent -= d.dot(Eigen::Map<const Vector>(&gradient_[static_cast<std::size_t>(p) * D]));
+      scaled += d.dot(Block(cholesky_.Diagonal(p)).diagonal().cwiseProduct(d));
+    }
+    return (descent + damping * scaled) / 2;
+  }
+
+  double Try(double part) override {
+    trial_ = values_;
+    double step = 0, value = 0;
+    for (const FreeBlock& block : free_) {
+      const double* x = &values_[block.offset];
+      double* y = &trial_[block.offset];
+      delta_.resize(block.tangent);
+      for (int c = 0; c < block.tangent; ++c) delta_[c] = part * step_[block.step_at + c];
+      if (block.manifold == nullptr) {
+        for (int c = 0; c < block.size; ++c) y[c] = x[c] + delta_[c];
+      } else if (!block.manifold->Plus(x, delta_.data(), y)) {
+        return kNaN;
+      }
+      for (int c = 0; c < block.size; ++c) {
+        step += (y[c] - x[c]) * (y[c] - x[c]);
+        value += x[c] * x[c];
+      }
+    }
+    step_norm_ = std::sqrt(step);
+    value_norm_ = std::sqrt(value);
+    if (!std::isfinite(step)) return kNaN;
+    double cost = 0;
+    for (const Active& active : active_) cost += Evaluate(active.residual, trial_.data());
+    return cost / 2;
+  }
+
+  double step_norm() const override { return step_norm_; }
+  double value_norm() const override { return value_norm_; }
+  void Accept() override { values_.swap(trial_); }
+  void WriteBack() const override { Write(values_); }
+  void WriteBackInitial() const override { Write(initial_); }
+
+  int num_active_residual_blocks() const override { return static_cast<int>(active_.size()); }
+  int num_active_residuals() const override { return num_residuals_; }
+  int num_active_blocks() const override { return static_cast<int>(free_.size()); }
+  int num_active_parameters() const override { return Sum(&FreeBlock::size); }
+  int num_active_dof() const override { return Sum(&FreeBlock::tangent); }
+  int num_free_poses() const override { return num_poses_; }
+
+ private:
+  using Block = Eigen::Map<Eigen::Matrix<double, D, D>>;
+  using Vector = Eigen::Matrix<double, D, 1>;
+
+  // A residual over one or two poses that move.
+  struct Active {
+    int residual = 0;
+    int pose[2] = {-1, -1};
+    int pair = -1;
+    int row = 1;  // which of the two is the row of the pair's block
+  };
+
+  int Sum(int FreeBlock::*field) const {
+    int sum = 0;
+    for (const FreeBlock& block : free_) sum += block.*field;
+    return sum;
+  }
+
+  void Write(const std::vector<double>& values) const {
+    for (std::size_t b = 0; b < problem_.blocks().size(); ++b) {
+      const BlockView& block = problem_.blocks()[b];
+      if (free_of_[b] >= 0) std::copy_n(&values[block.offset], block.size, block.values);
+    }
+  }
+
+  void CopyValues() {
+    values_.resize(problem_.num_values());
+    for (const BlockView& block : problem_.blocks()) {
+      std::copy_n(block.values, block.size, values_.begin() + block.offset);
+    }
+    initial_ = values_;
+  }
+
+  void NumberPoses() {
+    free_of_.assign(problem_.blocks().size(), -1);
+    node_of_.assign(poses_.num_poses(), -1);
+    int jacobian_at = 0;
+    for (std::size_t b = 0; b < problem_.blocks().size(); ++b) {
+      const BlockView& view = problem_.blocks()[b];
+      if (view.constant || !view.used) continue;
+      int& node = node_of_[poses_.pose_of[b]];
+      if (node < 0) node = num_poses_++;
+      FreeBlock block;
+      block.size = view.size;
+      block.tangent = view.tangent;
+      block.offset = view.offset;
+      block.step_at = node * D + poses_.column_of[b];
+      block.manifold = view.manifold;
+      if (view.manifold != nullptr) {
+        block.jacobian_at = jacobian_at;
+        jacobian_at += view.size * view.tangent;
+      }
+      free_of_[b] = static_cast<int>(free_.size());
+      free_.push_back(block);
+    }
+    plus_jacobians_.resize(jacobian_at);
+  }
+
+  void SortResiduals() {
+    int max_residuals = 0, max_jacobian = 0;
+    std::size_t max_blocks = 0;
+    for (int r = 0; r < static_cast<int>(problem_.residuals().size()); ++r) {
+      const ResidualView& view = problem_.residuals()[r];
+      Active active;
+      active.residual = r;
+      int size = 0;
+      for (int k = 0; k < view.count; ++k) {
+        const int b = problem_.BlockOf(view, k);
+        if (free_of_[b] < 0) continue;
+        size += problem_.blocks()[b].size;
+        const int node = node_of_[poses_.pose_of[b]];
+        if (active.pose[0] < 0) active.pose[0] = node;
+        if (node != active.pose[0]) active.pose[1] = node;
+      }
+      max_blocks = std::max(max_blocks, static_cast<std::size_t>(view.count));
+      max_residuals = std::max(max_residuals, view.cost->num_residuals());
+      if (active.pose[0] < 0) {
+        fixed_.push_back(r);
+        continue;
+      }
+      max_jacobian = std::max(max_jacobian, size * view.cost->num_residuals());
+      num_residuals_ += view.cost->num_residuals();
+      active_.push_back(active);
+    }
+    residuals_.resize(max_residuals);
+    jacobian_.resize(max_jacobian);
+    local_[0].resize(static_cast<std::size_t>(max_residuals) * D);
+    local_[1].resize(static_cast<std::size_t>(max_residuals) * D);
+    parameters_.resize(max_blocks);
+    jacobians_.resize(max_blocks);
+  }
+
+  void FindPairs() {
+    std::vector<std::pair<std::pair<int, int>, int>> all;  // poses, place in active_
+    for (int a = 0; a < static_cast<int>(active_.size()); ++a) {
+      const auto [low, high] = std::minmax(active_[a].pose[0], active_[a].pose[1]);
+      if (low >= 0) all.push_back({{low, high}, a});
+    }
+    std::sort(all.begin(), all.end());
+    for (const auto& [ends, a] : all) {
+      const std::pair<int, int> pair(ends.second, ends.first);
+      if (pairs_.empty() || pairs_.back() != pair) pairs_.push_back(pair);
+      active_[a].pair = static_cast<int>(pairs_.size()) - 1;
+      active_[a].row = active_[a].pose[1] == pair.first;
+    }
+  }
+
+  // As Ceres does: by how far the blocks go along the negative gradient. False if not finite.
+  bool MeasureGradient() {
+    double sum = 0;
+    gradient_max_norm_ = 0;
+    for (const FreeBlock& block : free_) {
+      const double* x = &values_[block.offset];
+      const double* g = &gradient_[block.step_at];
+      moved_.resize(block.size);
+      delta_.resize(block.tangent);
+      for (int c = 0; c < block.tangent; ++c) delta_[c] = -g[c];
+      if (block.manifold == nullptr) {
+        for (int c = 0; c < block.size; ++c) moved_[c] = x[c] - g[c];
+      } else if (!block.manifold->Plus(x, delta_.data(), moved_.data())) {
+        return false;
+      }
+      for (int c = 0; c < block.size; ++c) {
+        const double d = moved_[c] - x[c];
+        sum += d * d;
+        gradient_max_norm_ = std::max(gradient_max_norm_, std::abs(d));
+      }
+    }
+    gradient_norm_ = std::sqrt(sum);
+    return std::isfinite(sum);
+  }
+
+  void UpdatePlusJacobians() {
+    for (const FreeBlock& block : free_) {
+      if (block.manifold == nullptr) continue;
+      double* P = &plus_jacobians_[block.jacobian_at];
+      if (!block.manifold->PlusJacobian(&values_[block.offset], P)) {
+        std::fill_n(P, block.size * block.tangent, kNaN);
+      }
+    }
+  }
+
+  const double* const* Parameters(const ResidualView& view, const double* values) {
+    for (int k = 0; k < view.count; ++k) {
+      parameters_[k] = values + problem_.blocks()[problem_.BlockOf(view, k)].offset;
+    }
+    return parameters_.data();
+  }
+
+  // rho(|r|^2); NaN where the cost fails.
+  double Evaluate(int r, const double* values) {
+    const ResidualView& view = problem_.residuals()[r];
+    if (!view.cost->Evaluate(Parameters(view, values), residuals_.data(), nullptr)) return kNaN;
+    double rho[3] = {Residuals(view).squaredNorm(), 1, 0};
+    if (view.loss != nullptr) view.loss->Evaluate(rho[0], rho);
+    return rho[0];
+  }
+
+  Eigen::Map<const Eigen::VectorXd> Residuals(const ResidualView& view) const {
+    return {residuals_.data(), view.cost->num_residuals()};
+  }
+
+  double Add(const Active& active) {
+    const ResidualView& view = problem_.residuals()[active.residual];
+    const int m = view.cost->num_residuals();
+    double* J = jacobian_.data();
+    for (int k = 0; k < view.count; ++k) {
+      const int f = free_of_[problem_.BlockOf(view, k)];
+      jacobians_[k] = f < 0 ? nullptr : J;
+      if (f >= 0) J += m * free_[f].size;
+    }
+    if (!view.cost->Evaluate(Parameters(view, values_.data()), residuals_.data(),
+                             jacobians_.data())) {
+      return kNaN;
+    }
+    std::fill_n(local_[0].begin(), m * D, 0.);
+    if (active.pair >= 0) std::fill_n(local_[1].begin(), m * D, 0.);
+    for (int k = 0; k < view.count; ++k) {
+      const int f = free_of_[problem_.BlockOf(view, k)];
+      if (f < 0) continue;
+      const FreeBlock& block = free_[f];
+      const int side = block.step_at / D != active.pose[0];
+      const double* P = block.jacobian_at < 0 ? nullptr : &plus_jacobians_[block.jacobian_at];
+      ToLocal(m, block, jacobians_[k], P, &local_[side][block.step_at % D * m]);
+    }
+    double rho[3] = {Residuals(view).squaredNorm(), 1, 0};
+    if (view.loss != nullptr) view.loss->Evaluate(rho[0], rho);
+    // As Ceres' corrector: the second derivative counts only where it is positive.
+    const double curvature = std::max(0., 2 * rho[2]);
+    if (m == D) {
+      Accumulate<D>(active, m, rho[1], curvature);
+    } else {
+      Accumulate<Eigen::Dynamic>(active, m, rho[1], curvature);
+    }
+    return rho[0];
+  }
+
+  // J'(w + c r r')J and J'w r of a residual of m rows.
+  template <int M>
+  void Accumulate(const Active& active, int m, double weight, double curvature) {
+    using Jacobian = Eigen::Map<const Eigen::Matrix<double, M, D>>;
+    const Eigen::Map<const Eigen::Matrix<double, M, 1>> r(residuals_.data(), m);
+    const int sides = active.pair >= 0 ? 2 : 1;
+    Vector Jr[2];
+    for (int s = 0; s < sides; ++s) {
+      const Jacobian J(local_[s].data(), m, D);
+      Jr[s] = J.transpose().lazyProduct(r);
+      Block block(cholesky_.Diagonal(active.pose[s]));
+      block += weight * J.transpose().lazyProduct(J);
+      if (curvature > 0) block += curvature * Jr[s] * Jr[s].transpose();
+      Eigen::Map<Vector>(&gradient_[static_cast<std::size_t>(active.pose[s]) * D]) +=
+          weight * Jr[s];
+    }
+    if (sides == 1) return;
+    const Jacobian rows(local_[active.row].data(), m, D);
+    const Jacobian columns(local_[1 - active.row].data(), m, D);
+    Block block(cholesky_.OffDiagonal(active.pair));
+    block += weight * rows.transpose().lazyProduct(columns);
+    if (curvature > 0) block += curvature * Jr[active.row] * Jr[1 - active.row].transpose();
+  }
+
+  const ProblemView& problem_;
+  const PoseBlocks& poses_;
+  std::vector<double> initial_, values_, trial_;  // of all blocks
+  std::vector<int> free_of_;                      // by block: its place in free_; -1: it is held
+  std::vector<FreeBlock> free_;
+  std::vector<int> node_of_;  // by pose: its block row; -1: it is held
+  int num_poses_ = 0;
+  std::vector<Active> active_;
+  std::vector<int> fixed_;
+  int num_residuals_ = 0;
+  std::vector<std::pair<int, int>> pairs_;
+  BlockCholesky<D> cholesky_;
+  std::vector<double> plus_jacobians_, gradient_, step_;
+  double gradient_norm_ = 0, gradient_max_norm_ = 0, step_norm_ = 0, value_norm_ = 0;
+  // Workspace of one residual.
+  std::vector<double> residuals_, jacobian_, local_[2], delta_, moved_;
+  std::vector<const double*> parameters_;
+  std::vector<double*> jacobians_;
+};
+
+}  // namespace
+
+std::unique_ptr<PoseSystem> MakePoseSystem(const ProblemView& problem, const PoseBlocks& poses) {
+  if (poses.max_dof <= 3) return std::make_unique<PoseSystemOf<3>>(problem, poses);
+  return std::make_unique<PoseSystemOf<6>>(problem, poses);
+}
+
+}  // namespace hpgo
