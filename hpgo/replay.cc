@@ -31,21 +31,28 @@ std::vector<ReplayStep> ReplaySteps(const PoseGraph<G>& graph) {
 }
 
 template <typename G>
-Status ApplyStep(const PoseGraph<G>& graph, const ReplayStep& step,
-                 const typename Optimizer<G>::Loss& closure_loss, Optimizer<G>* optimizer) {
+Result<G> StartPose(const PoseGraph<G>& graph, const ReplayStep& step,
+                    const PoseOfNode<G>& pose_of) {
   const GraphNode<G>& node = graph.nodes()[step.node];
-  const auto id = [&](int index) { return graph.nodes()[index].id; };
-  G pose = node.has_pose ? node.pose : G();
   if (!node.fixed && !step.edges.empty()) {
     const GraphEdge<G>& edge = graph.edges()[step.edges.front()];
     const bool forward = edge.j == step.node;
-    const Result<G> neighbour = optimizer->GetPose(id(forward ? edge.i : edge.j));
+    const Result<G> neighbour = pose_of(forward ? edge.i : edge.j);
     if (!neighbour.ok()) return neighbour.status();
-    pose = *neighbour * (forward ? edge.measurement : edge.measurement.Inverse());
-  } else if (!node.fixed && !step.priors.empty()) {
-    const GraphPrior<G>& prior = graph.priors()[step.priors.front()];
-    if (!node.has_pose) pose = prior.measurement * prior.offset.Inverse();
+    return *neighbour * (forward ? edge.measurement : edge.measurement.Inverse());
   }
+  if (!node.fixed && !node.has_pose && !step.priors.empty()) {
+    const GraphPrior<G>& prior = graph.priors()[step.priors.front()];
+    return prior.measurement * prior.offset.Inverse();
+  }
+  return node.has_pose ? node.pose : G();
+}
+
+template <typename G>
+Status AddStep(const PoseGraph<G>& graph, const ReplayStep& step, const G& pose,
+               const typename Optimizer<G>::Loss& closure_loss, Optimizer<G>* optimizer) {
+  const GraphNode<G>& node = graph.nodes()[step.node];
+  const auto id = [&](int index) { return graph.nodes()[index].id; };
   Status status = optimizer->AddNode(node.id, pose);
   if (status.ok() && node.fixed) status = optimizer->SetFixed(node.id, true);
   for (int e = 0; e < static_cast<int>(step.edges.size()); ++e) {
@@ -65,8 +72,23 @@ Status ApplyStep(const PoseGraph<G>& graph, const ReplayStep& step,
   return status;
 }
 
+template <typename G>
+Status ApplyStep(const PoseGraph<G>& graph, const ReplayStep& step,
+                 const typename Optimizer<G>::Loss& closure_loss, Optimizer<G>* optimizer) {
+  const Result<G> pose = StartPose<G>(
+      graph, step, [&](int node) { return optimizer->GetPose(graph.nodes()[node].id); });
+  if (!pose.ok()) return pose.status();
+  return AddStep<G>(graph, step, *pose, closure_loss, optimizer);
+}
+
 template std::vector<ReplayStep> ReplaySteps(const PoseGraph<SE2>&);
 template std::vector<ReplayStep> ReplaySteps(const PoseGraph<SE3>&);
+template Result<SE2> StartPose(const PoseGraph<SE2>&, const ReplayStep&, const PoseOfNode<SE2>&);
+template Result<SE3> StartPose(const PoseGraph<SE3>&, const ReplayStep&, const PoseOfNode<SE3>&);
+template Status AddStep(const PoseGraph<SE2>&, const ReplayStep&, const SE2&,
+                        const Optimizer<SE2>::Loss&, Optimizer<SE2>*);
+template Status AddStep(const PoseGraph<SE3>&, const ReplayStep&, const SE3&,
+                        const Optimizer<SE3>::Loss&, Optimizer<SE3>*);
 template Status ApplyStep(const PoseGraph<SE2>&, const ReplayStep&, const Optimizer<SE2>::Loss&,
                           Optimizer<SE2>*);
 template Status ApplyStep(const PoseGraph<SE3>&, const ReplayStep&, const Optimizer<SE3>::Loss&,

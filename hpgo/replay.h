@@ -2,6 +2,7 @@
 // each with its edges to earlier ones.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "hpgo/graph/pose_graph.h"
@@ -21,9 +22,23 @@ struct ReplayStep {
 template <typename G>
 std::vector<ReplayStep> ReplaySteps(const PoseGraph<G>& graph);
 
-// Adds a step's node, edges and priors. The node starts at an earlier neighbour's current estimate
-// composed with the edge between them, at its prior where it has no such neighbour, else at its own
-// pose in the graph. Does not update.
+// The pose of a node of an earlier step, by its index in the graph.
+template <typename G>
+using PoseOfNode = std::function<Result<G>(int)>;
+
+// Where a step's node starts: at an earlier neighbour's pose composed with the edge between them,
+// at its prior where it has no such neighbour, else at its own pose in the graph. A fixed node is
+// always there. Errors are those of `pose_of`.
+template <typename G>
+Result<G> StartPose(const PoseGraph<G>& graph, const ReplayStep& step,
+                    const PoseOfNode<G>& pose_of);
+
+// Adds a step's node at `pose`, its edges and priors. Does not update.
+template <typename G>
+Status AddStep(const PoseGraph<G>& graph, const ReplayStep& step, const G& pose,
+               const typename Optimizer<G>::Loss& closure_loss, Optimizer<G>* optimizer);
+
+// AddStep at the StartPose in the optimizer's current estimate.
 template <typename G>
 Status ApplyStep(const PoseGraph<G>& graph, const ReplayStep& step,
                  const typename Optimizer<G>::Loss& closure_loss, Optimizer<G>* optimizer);

@@ -31,11 +31,12 @@ bool MissesThreshold(const ReplayResult& result) {
   const auto check = [&misses](const FullComparison& comparison) {
     if (comparison.gap_percent <= FLAGS_compare_threshold) return;
     misses = true;
-    Error("the gap at " + FormatAs("%g", comparison.percent) + " %, " +
+    Error("the gap at " + FormatAs("%.4g", comparison.percent) + " %, " +
           FormatAs("%.4g", comparison.gap_percent) + " %, is above " +
           FormatAs("%g", FLAGS_compare_threshold) + " %");
   };
   for (const FullComparison& comparison : result.comparisons) check(comparison);
+  for (const FullComparison& comparison : result.closures.comparisons) check(comparison);
   if (result.refine.has_value() && result.refine->after.has_value()) check(*result.refine->after);
   return misses;
 }
@@ -85,6 +86,19 @@ hpgo::Status WriteEstimate(const hpgo::PoseGraph<G>& estimate, hpgo::GraphFile<G
   return hpgo::WriteG2o(*file, FLAGS_output);
 }
 
+hpgo::Status WriteChart(const ReplayFigures& figures) {
+  const ClosureFigures& closures = figures.result.closures;
+  if (closures.comparisons.empty()) {
+    Warn("no chart: there was no loop closure to compare after");
+    return hpgo::Status::Ok();
+  }
+  const hpgo::Result<std::string> svg = ClosureChart(closures, BaseName(figures.names.input));
+  if (!svg.ok()) return svg.status();
+  const hpgo::Status status = hpgo::WriteTextFile(FLAGS_chart, *svg);
+  if (status.ok() && FLAGS_chart != "-") Message("wrote " + FLAGS_chart);
+  return status;
+}
+
 template <typename G>
 hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
                           const hpgo::PoseGraph<G>& estimate, hpgo::GraphFile<G>* file) {
@@ -93,6 +107,7 @@ hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
     status = WriteEstimate(estimate, file);
     if (status.ok() && FLAGS_output != "-") Message("wrote " + FLAGS_output);
   }
+  if (status.ok() && !FLAGS_chart.empty()) status = WriteChart(figures);
   if (status.ok() && !FLAGS_stats_json.empty()) {
     nlohmann::ordered_json json = ReplayJson(figures);
     json["exit_code"] = exit_code;
@@ -119,7 +134,8 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
 
   ReplayFigures figures;
   figures.names = {input, FLAGS_preset,
-                   FLAGS_measure_mode.empty() ? FLAGS_mode : FLAGS_measure_mode, FLAGS_solve_every};
+                   FLAGS_measure_mode.empty() ? FLAGS_mode : FLAGS_measure_mode,
+                   settings.solve_every == 0 ? "loop" : std::to_string(settings.solve_every)};
   figures.settings = settings;
   figures.result = *std::move(result);
   figures.statistics = SummarizeUpdates(figures.result.samples);
@@ -145,8 +161,8 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
       figures.recovery_failure = recovery.status();
     }
   }
-  const bool stdout_taken =
-      FLAGS_output == "-" || FLAGS_stats_csv == "-" || FLAGS_stats_json == "-";
+  const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_csv == "-" ||
+                            FLAGS_stats_json == "-" || FLAGS_chart == "-";
   PrintReplay(figures, stdout_taken ? Message : Print);
   const int exit_code = Judge(figures);
   const hpgo::Status written = WriteResults(figures, exit_code, estimate, file);
@@ -193,37 +209,18 @@ const Command& ReplayCommand() {
       "Feeds a recorded graph node by node, each followed by one bounded update.",
       1,
       1,
-      {"solve_every",
-       "mode",
-       "preset",
-       "engine",
-       "error",
-       "window_nodes",
-       "max_top_nodes",
-       "max_top_edges",
-       "max_windows",
-       "stress_threshold",
-       "update_seconds",
-       "loss",
-       "loss_scale",
-       "output",
-       "stats_csv",
-       "chi2_every",
-       "stats_json",
-       "summary_csv",
-       "compare_full",
-       "compare_threshold",
-       "stats_from",
-       "measure_mode",
-       "measure_updates",
-       "refine",
-       "far_closure",
-       "reference",
-       "plane",
-       "strict",
-       "project_information",
-       "create_missing",
-       "row_major_edge2"},
+      {"solve_every",    "update_at",      "stale_poses",
+       "mode",           "preset",         "engine",
+       "error",          "window_nodes",   "max_top_nodes",
+       "max_top_edges",  "max_windows",    "stress_threshold",
+       "update_seconds", "loss",           "loss_scale",
+       "output",         "stats_csv",      "chi2_every",
+       "stats_json",     "summary_csv",    "compare_full",
+       "compare_at",     "chart",          "compare_threshold",
+       "stats_from",     "measure_mode",   "measure_updates",
+       "refine",         "far_closure",    "reference",
+       "plane",          "strict",         "project_information",
+       "create_missing", "row_major_edge2"},
       &Run,
       "Nodes arrive in the order of their ids, each with its edges to earlier ones. A new node "
       "starts at\nan earlier neighbour's estimate composed with the edge between them; the file's "
@@ -232,10 +229,14 @@ const Command& ReplayCommand() {
       "(FIX) start at the file's pose and stay.\nCtrl-C once ends the replay and writes what there "
       "is (exit code 130).\n\n"
       "The gap is that of the cost to the full optimum, the lower of two full solves: from the "
-      "estimate\nand from a chordal start. Time and memory of comparisons are not those of the "
+      "estimate\nand from a chordal start; with --compare_at from the estimate and from the "
+      "optimum "
+      "before, its new nodes\ncomposed from their edges. Time and memory of comparisons are not "
+      "those of the "
       "replay: measure\nmemory without.\n\n"
       "Examples:\n"
       "  hpgo replay map.g2o --compare_full=25,50,75,100 --stats_csv=updates.csv\n"
+      "  hpgo replay map.g2o --compare_at=closures --chart=gaps.svg\n"
       "  hpgo replay map.g2o --preset=paper --output=estimate.g2o\n"
       "  hpgo replay kitti_00.g2o --reference=00.txt --plane=xz --refine\n"
       "  hpgo replay map.g2o --measure_mode=full --measure_updates=5\n"};

@@ -37,6 +37,61 @@ hpgo::Result<ReferenceError> ErrorOfMatched(const std::vector<G>& estimate,
   return result;
 }
 
+template <typename G>
+struct FullStart {
+  const char* name;
+  hpgo::InitMethod init;
+  const hpgo::PoseGraph<G>* graph;
+};
+
+// Solves from each start in turn; the lowest result goes to `best`, which may be null.
+template <typename G>
+hpgo::Result<FullComparison> Compare(const hpgo::Optimizer<G>& optimizer, const LossChoice& loss,
+                                     const hpgo::PoseGraph<G>& estimate,
+                                     const std::vector<FullStart<G>>& starts,
+                                     hpgo::PoseGraph<G>* best) {
+  hpgo::FullSolveOptions options;
+  options.engine = hpgo::Engine::kBlock;
+  options.convention = optimizer.options().convention;
+  options.loss = loss.name;
+  options.loss_scale = loss.scale;
+  options.cancel = &CancelFlag();
+
+  FullComparison comparison;
+  comparison.nodes = static_cast<std::int64_t>(optimizer.num_nodes());
+  comparison.edges = static_cast<std::int64_t>(optimizer.num_edges());
+  comparison.cost = optimizer.Cost();
+  hpgo::PoseGraph<G> lowest;
+  hpgo::Status failure;
+  for (const FullStart<G>& start : starts) {
+    hpgo::PoseGraph<G> graph = *start.graph;
+    options.init = start.init;
+    const hpgo::FullSolveReport report = hpgo::SolveFull(options, &graph);
+    comparison.seconds += report.seconds;
+    if (report.status.code() == StatusCode::kInterrupted) return report.status;
+    if (!report.status.ok()) {
+      failure = report.status;
+    } else if (comparison.start.empty() || report.cost_after < comparison.optimum) {
+      comparison.optimum = report.cost_after;
+      comparison.start = start.name;
+      lowest = std::move(graph);
+    }
+  }
+  if (comparison.start.empty()) return failure;
+  if (comparison.cost < comparison.optimum) {
+    comparison.optimum = comparison.cost;
+    comparison.start = "estimate";
+    lowest = estimate;
+  }
+  comparison.gap_percent = GapPercent(comparison.cost, comparison.optimum, comparison.edges);
+  const auto error = hpgo::ComparePosesUpToGauge(estimate, lowest);
+  if (!error.ok()) return error.status();
+  comparison.ate_m = error->translation.rmse;
+  comparison.ate_rad = error->rotation.rmse;
+  if (best != nullptr) *best = std::move(lowest);
+  return comparison;
+}
+
 }  // namespace
 
 std::shared_ptr<const ceres::LossFunction> MakeSharedLoss(const LossChoice& choice) {
@@ -55,40 +110,21 @@ template <typename G>
 hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
                                              const LossChoice& loss) {
   const hpgo::PoseGraph<G> estimate = optimizer.ToGraph();
-  hpgo::FullSolveOptions options;
-  options.engine = hpgo::Engine::kBlock;
-  options.convention = optimizer.options().convention;
-  options.loss = loss.name;
-  options.loss_scale = loss.scale;
-  options.cancel = &CancelFlag();
+  return Compare<G>(optimizer, loss, estimate,
+                    {{"estimate", hpgo::InitMethod::kFile, &estimate},
+                     {"chordal", hpgo::InitMethod::kChordal, &estimate}},
+                    nullptr);
+}
 
-  FullComparison comparison;
-  comparison.nodes = static_cast<std::int64_t>(optimizer.num_nodes());
-  comparison.edges = static_cast<std::int64_t>(optimizer.num_edges());
-  comparison.cost = optimizer.Cost();
-  hpgo::PoseGraph<G> best;
-  hpgo::Status failure;
-  for (const hpgo::InitMethod init : {hpgo::InitMethod::kFile, hpgo::InitMethod::kChordal}) {
-    hpgo::PoseGraph<G> graph = estimate;
-    options.init = init;
-    const hpgo::FullSolveReport report = hpgo::SolveFull(options, &graph);
-    comparison.seconds += report.seconds;
-    if (report.status.code() == StatusCode::kInterrupted) return report.status;
-    if (!report.status.ok()) {
-      failure = report.status;
-    } else if (comparison.start.empty() || report.cost_after < comparison.optimum) {
-      comparison.optimum = report.cost_after;
-      comparison.start = init == hpgo::InitMethod::kFile ? "estimate" : "chordal";
-      best = std::move(graph);
-    }
-  }
-  if (comparison.start.empty()) return failure;
-  comparison.gap_percent = GapPercent(comparison.cost, comparison.optimum, comparison.edges);
-  const auto error = hpgo::ComparePosesUpToGauge(estimate, best);
-  if (!error.ok()) return error.status();
-  comparison.ate_m = error->translation.rmse;
-  comparison.ate_rad = error->rotation.rmse;
-  return comparison;
+template <typename G>
+hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
+                                             const LossChoice& loss,
+                                             hpgo::PoseGraph<G>* reference) {
+  const hpgo::PoseGraph<G> estimate = optimizer.ToGraph();
+  return Compare<G>(optimizer, loss, estimate,
+                    {{"estimate", hpgo::InitMethod::kFile, &estimate},
+                     {"reference", hpgo::InitMethod::kFile, reference}},
+                    reference);
 }
 
 template <typename G>
@@ -113,6 +149,10 @@ template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE2>
                                                       const LossChoice&);
 template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE3>&,
                                                       const LossChoice&);
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE2>&,
+                                                      const LossChoice&, hpgo::PoseGraph<SE2>*);
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE3>&,
+                                                      const LossChoice&, hpgo::PoseGraph<SE3>*);
 template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE2>&,
                                                            const std::string&, const PoseSource&);
 template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE3>&,

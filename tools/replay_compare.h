@@ -16,7 +16,7 @@ struct FullComparison {
   std::int64_t nodes = 0, edges = 0;
   double cost = 0;     // of the estimate: chi2, with the loss if there is one
   double optimum = 0;  // the lower cost of two full solves
-  std::string start;   // of that one: "estimate" or "chordal"
+  std::string start;   // of that one: "estimate", "chordal" or "reference"
   double gap_percent = 0;
   double ate_m = 0, ate_rad = 0;  // rmse against the optimum, after rigid alignment
   double seconds = 0;             // of the two solves
@@ -35,11 +35,18 @@ std::shared_ptr<const ceres::LossFunction> MakeSharedLoss(const LossChoice& choi
 // without noise has a gap too. Not a number where the cost is not one.
 double GapPercent(double cost, double optimum, std::int64_t edges);
 
-// Solves the graph to its optimum from the estimate and from a chordal start. kNoSolution if both
-// fail, kInterrupted if the user interrupts.
+// Solves the graph to its optimum from the estimate and from a chordal start; the estimate itself
+// is the optimum where its cost is not above theirs. kNoSolution if both fail, kInterrupted if the
+// user interrupts.
 template <typename G>
 hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
                                              const LossChoice& loss);
+
+// The same with `reference` as the second start, a graph with a pose for each node of the
+// optimizer; it becomes the optimum found.
+template <typename G>
+hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
+                                             const LossChoice& loss, hpgo::PoseGraph<G>* reference);
 
 struct ReferenceError {
   std::int64_t poses = 0;         // matched

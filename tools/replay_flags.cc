@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -18,6 +20,12 @@ const hpgo_cli::ReplaySettings kDefaults;
 
 DEFINE_string(solve_every, "1",
               "an update at every so many nodes, or at each node with a loop closure: 'loop'");
+DEFINE_string(update_at, "nodes",
+              "an update after as many nodes as --solve_every says: 'nodes', or when a loop "
+              "closure arrives, and at the last node: 'closures', as --solve_every=loop");
+DEFINE_int32(stale_poses, kDefaults.stale_poses,
+             "a client that reads the poses once in so many updates: new nodes start in those it "
+             "has; 0: in the current estimate");
 DEFINE_string(mode, "partial",
               "what an update solves: partial (windows on every level), top (the top level only) "
               "or full (the whole graph)");
@@ -36,6 +44,10 @@ DEFINE_string(summary_csv, "", "add a line with the summary's figures to this ta
 DEFINE_string(compare_full, "",
               "the percentages of the replay, as in 25,50,75,100, at which the gap to the full "
               "optimum of the graph so far is found");
+DEFINE_string(compare_at, "",
+              "'closures' or 'closures:N': the gap right after the updates that take in a loop "
+              "closure, of N of them at most, evenly spread; N is 40 if not given");
+DEFINE_string(chart, "", "draw the gaps of --compare_at over the nodes, as SVG, to this file");
 DEFINE_double(compare_threshold, -1,
               "exit with code 6 if a gap is larger, in percent; negative: any will do");
 DEFINE_double(stats_from, kDefaults.stats_from,
@@ -83,6 +95,20 @@ std::vector<double> ParsePercentages(const std::string& text) {
   return percentages;
 }
 
+// How many closing updates to compare after: "closures" or "closures:N"; 0 on a wrong value.
+int ParseClosures(const std::string& text) {
+  constexpr int kSampled = 40;
+  const std::string name = "closures";
+  if (text == name) return kSampled;
+  if (text.compare(0, name.size() + 1, name + ":") != 0) return 0;
+  const std::string digits = text.substr(name.size() + 1);
+  char* end = nullptr;
+  const std::int64_t value = std::strtol(digits.c_str(), &end, 10);
+  const bool valid =
+      !digits.empty() && *end == '\0' && value >= 1 && value <= std::numeric_limits<int>::max();
+  return valid ? static_cast<int>(value) : 0;
+}
+
 // The preset with what the flags override; what is wrong with them goes to `problem`.
 hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   const hpgo::Result<hpgo::OptimizerOptions> preset =
@@ -128,6 +154,7 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
   settings.stats_from = FLAGS_stats_from;
   settings.measure_mode = ParseMode(FLAGS_measure_mode);
   settings.measure_updates = FLAGS_measure_updates;
+  settings.stale_poses = FLAGS_stale_poses;
   settings.stats_csv = FLAGS_stats_csv;
   settings.chi2_every = FLAGS_chi2_every;
   settings.refine = FLAGS_refine;
@@ -140,6 +167,12 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
   std::string error;
   if (FLAGS_solve_every != "loop" && (*end != '\0' || settings.solve_every < 1)) {
     *problem = FlagText("solve_every") + "must be a number above 0, or loop";
+  } else if (FLAGS_update_at != "nodes" && FLAGS_update_at != "closures") {
+    *problem = FlagText("update_at") + "must be nodes or closures";
+  } else if (FLAGS_update_at == "closures" && settings.solve_every > 1) {
+    *problem = FlagText("solve_every") + "does not go with --update_at=closures";
+  } else if (FLAGS_stale_poses < 0) {
+    *problem = FlagText("stale_poses") + "must not be negative";
   } else if (!(FLAGS_update_seconds >= 0)) {
     *problem = FlagText("update_seconds") + "must not be negative";
   } else if (!ceres_costs::MakeLoss(FLAGS_loss, FLAGS_loss_scale, &loss, &error)) {
@@ -154,8 +187,11 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
     *problem = FlagText("far_closure") + "must be a number from 0 on";
   } else if (FLAGS_chi2_every < 0) {
     *problem = FlagText("chi2_every") + "must not be negative";
-  } else if ((FLAGS_output == "-") + (FLAGS_stats_csv == "-") + (FLAGS_stats_json == "-") > 1) {
-    *problem = "only one of --output, --stats_csv and --stats_json can be the standard output";
+  } else if ((FLAGS_output == "-") + (FLAGS_stats_csv == "-") + (FLAGS_stats_json == "-") +
+                 (FLAGS_chart == "-") >
+             1) {
+    *problem =
+        "only one of --output, --stats_csv, --stats_json and --chart can be the standard output";
   } else if (FLAGS_summary_csv == "-") {
     *problem = "--summary_csv=-: must be a file";
   }
@@ -165,11 +201,21 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
       *problem = FlagText("compare_full") + "must be percentages above 0, as in 25,50,75,100";
     }
   }
+  if (FLAGS_update_at == "closures") settings.solve_every = 0;
+  if (!FLAGS_compare_at.empty()) {
+    settings.compare_closures = ParseClosures(FLAGS_compare_at);
+    if (settings.compare_closures == 0) {
+      *problem = FlagText("compare_at") + "must be closures, or closures:N with N above 0";
+    }
+  } else if (!FLAGS_chart.empty()) {
+    *problem = "--chart needs --compare_at";
+  }
   if (FLAGS_refine && (settings.compare_at.empty() || settings.compare_at.back() < 100)) {
     settings.compare_at.push_back(100);
   }
-  if (FLAGS_compare_threshold >= 0 && settings.compare_at.empty()) {
-    *problem = "--compare_threshold needs --compare_full";
+  if (FLAGS_compare_threshold >= 0 && settings.compare_at.empty() &&
+      settings.compare_closures == 0) {
+    *problem = "--compare_threshold needs --compare_full or --compare_at";
   }
   return settings;
 }

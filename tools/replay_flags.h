@@ -6,10 +6,10 @@
 #include "gflags/gflags.h"
 #include "tools/replay_run.h"
 
-DECLARE_string(solve_every);
 DECLARE_string(mode);
 DECLARE_string(preset);
 DECLARE_string(stats_csv);
+DECLARE_string(chart);
 DECLARE_string(summary_csv);
 DECLARE_string(measure_mode);
 DECLARE_double(compare_threshold);

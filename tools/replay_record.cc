@@ -51,6 +51,24 @@ ordered_json RefineJson(const RefineResult& refine) {
   return json;
 }
 
+ordered_json DistributionJson(const Distribution& distribution) {
+  ordered_json json;
+  for (const auto& [name, figure] : DistributionFigures()) json[name] = distribution.*figure;
+  return json;
+}
+
+ordered_json ClosuresJson(const ClosureFigures& closures) {
+  ordered_json comparisons = ordered_json::array();
+  for (const FullComparison& comparison : closures.comparisons) {
+    comparisons.push_back(ComparisonJson(comparison));
+  }
+  return {{"updates", closures.closing_updates},
+          {"compared", closures.comparisons.size()},
+          {"gap_percent", DistributionJson(closures.gap_percent())},
+          {"ate_m", DistributionJson(closures.ate_m())},
+          {"comparisons", comparisons}};
+}
+
 ordered_json SettingsJson(const ReplayFigures& figures) {
   const ReplaySettings& settings = figures.settings;
   const hpgo::OptimizerOptions& options = settings.options;
@@ -58,6 +76,7 @@ ordered_json SettingsJson(const ReplayFigures& figures) {
           {"engine", hpgo::EngineName(options.engine)},
           {"mode", figures.names.mode},
           {"solve_every", figures.names.solve_every},
+          {"stale_poses", settings.stale_poses},
           {"stats_from", settings.stats_from},
           {"window_nodes", options.window_nodes},
           {"window_edges", options.window_edges},
@@ -72,7 +91,7 @@ ordered_json SettingsJson(const ReplayFigures& figures) {
 
 // The table's columns with the values of this replay.
 std::vector<std::pair<std::string, std::string>> SummaryColumns(const ReplayFigures& figures) {
-  std::string input = figures.names.input.substr(figures.names.input.rfind('/') + 1);
+  std::string input = BaseName(figures.names.input);
   for (char& c : input) {
     if (c == ',' || c == '"' || c == '\n') c = '_';
   }
@@ -105,6 +124,16 @@ std::vector<std::pair<std::string, std::string>> SummaryColumns(const ReplayFigu
     worst_gap = std::max(worst_gap, comparison.gap_percent);
   }
   columns.emplace_back("worst_gap_percent", comparisons.empty() ? "" : FormatAs("%.3g", worst_gap));
+  const ClosureFigures& closures = figures.result.closures;
+  const Distribution gap = closures.gap_percent(), ate = closures.ate_m();
+  for (const auto& [prefix, distribution] :
+       {std::make_pair("closing_gap_percent_", &gap), std::make_pair("closing_ate_m_", &ate)}) {
+    for (const auto& [name, figure] : DistributionFigures()) {
+      columns.emplace_back(
+          std::string(prefix) + name,
+          closures.comparisons.empty() ? "" : FormatAs("%.3g", distribution->*figure));
+    }
+  }
   columns.emplace_back("chi2", FormatAs("%.9g", figures.chi2));
   columns.emplace_back("levels", std::to_string(figures.levels.size()));
   columns.emplace_back("bytes_per_node", FormatAs("%.0f", BytesPerNode(figures)));
@@ -158,6 +187,7 @@ ordered_json ReplayJson(const ReplayFigures& figures) {
                        {"chi2", figures.chi2},
                        {"cost", figures.cost},
                        {"comparisons", comparisons}};
+  if (figures.settings.compare_closures > 0) json["closing"] = ClosuresJson(result.closures);
   if (result.refine.has_value()) json["refine"] = RefineJson(*result.refine);
   if (figures.reference.has_value()) {
     json["reference"] = {{"poses", figures.reference->poses},

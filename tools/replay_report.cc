@@ -57,6 +57,22 @@ void PrintLevels(const std::vector<LevelSize>& levels,
   print_line(text);
 }
 
+void PrintClosures(const ClosureFigures& closures,
+                   const std::function<void(const std::string&)>& print_line) {
+  std::vector<std::string> head, gaps, distances;
+  const Distribution gap = closures.gap_percent(), ate = closures.ate_m();
+  for (const auto& [name, figure] : DistributionFigures()) {
+    head.push_back(name);
+    gaps.push_back(FormatAs("%.3g", gap.*figure));
+    distances.push_back(FormatAs("%.3g", ate.*figure));
+  }
+  print_line("right after " + FormatCount(static_cast<std::int64_t>(closures.comparisons.size())) +
+             " of " + Plural(closures.closing_updates, "update") + " with a loop closure:");
+  print_line(TableRow("to the optimum", head));
+  print_line(TableRow("  gap, %", gaps));
+  print_line(TableRow("  ATE, m", distances));
+}
+
 }  // namespace
 
 template <typename G>
@@ -83,6 +99,8 @@ std::string TableRow(const std::string& name, const std::vector<std::string>& ce
   return row;
 }
 
+std::string BaseName(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
 std::string FormatAs(const char* format, double value) {
   char text[48];
   std::snprintf(text, sizeof(text), format, value);
@@ -99,13 +117,16 @@ void PrintReplay(const ReplayFigures& figures,
              " of the top");
   PrintLatencies(figures.statistics, print_line);
   PrintLevels(figures.levels, print_line);
-  print_line("memory: " + FormatCount(static_cast<std::int64_t>(BytesPerNode(figures))) +
-             " bytes a node, at most " +
-             FormatAs("%.0f", static_cast<double>(result.peak_memory) / kMegabyte) +
-             " MB with the input" + (result.comparisons.empty() ? "" : " and full solves"));
+  print_line(
+      "memory: " + FormatCount(static_cast<std::int64_t>(BytesPerNode(figures))) +
+      " bytes a node, at most " +
+      FormatAs("%.0f", static_cast<double>(result.peak_memory) / kMegabyte) + " MB with the input" +
+      (result.comparisons.empty() && result.closures.comparisons.empty() ? ""
+                                                                         : " and full solves"));
   for (const FullComparison& comparison : result.comparisons) {
     print_line("at " + FormatAs("%g", comparison.percent) + " %: " + ComparisonText(comparison));
   }
+  if (!result.closures.comparisons.empty()) PrintClosures(result.closures, print_line);
   if (result.refine.has_value()) {
     const RefineResult& refine = *result.refine;
     std::string text = "refined in " + FormatDuration(refine.report.seconds) + " by " +

@@ -43,6 +43,9 @@ std::string TableRow(const std::string& name, const std::vector<std::string>& ce
 // One number by a format of printf.
 std::string FormatAs(const char* format, double value);
 
+// The file's name without its folder.
+std::string BaseName(const std::string& path);
+
 // Bytes of the optimizer over the nodes of level 0.
 double BytesPerNode(const ReplayFigures& figures);
 

@@ -59,7 +59,8 @@ class Replay {
         settings_(settings),
         optimizer_(*optimizer),
         steps_(hpgo::ReplaySteps(graph)),
-        loss_(MakeSharedLoss(settings.loss)) {
+        loss_(MakeSharedLoss(settings.loss)),
+        reference_(graph, settings.loss) {
     limits_.max_seconds = settings.update_seconds;
     limits_.cancel = &CancelFlag();
     if (!settings.stats_csv.empty()) {
@@ -72,6 +73,8 @@ class Replay {
     first_counted_ = settings.measure_mode.has_value()
                          ? first_measured_
                          : static_cast<std::size_t>(settings.stats_from * count);
+    compared_closures_ = ClosuresToCompare();
+    if (settings.stale_poses > 0) client_poses_.resize(graph.nodes().size());
   }
 
   hpgo::Result<ReplayResult> Run() {
@@ -93,7 +96,7 @@ class Replay {
     for (std::size_t k = 0; k < steps_.size() && !CancelFlag(); ++k) {
       const hpgo::ReplayStep& step = steps_[k];
       const Moment before;
-      const Status status = hpgo::ApplyStep<G>(graph_, step, loss_, &optimizer_);
+      Status status = Insert(step);
       if (!status.ok()) return status;
       const double insert_seconds = ClockSeconds(CLOCK_MONOTONIC) - before.wall;
       hpgo::UpdateReport report;
@@ -105,16 +108,58 @@ class Replay {
       const Moment after;
       AddTimes(before, after, insert_seconds, report, &sample);
       sample.closes_loop |= step.closes_loop();
+      if (!compared_closures_.empty()) status = reference_.Add(step);
+      if (!status.ok()) return status;
       result_.steps = static_cast<std::int64_t>(k) + 1;
       if (due) {
         Record(k, report, &sample);
         shown_ms += 0.05 * (sample.wall_ms - shown_ms);
+        CompareIfClosing(sample.closes_loop);
         sample = UpdateSample();
         CompareIfDue(k + 1);
+        if (settings_.stale_poses > 0 && result_.updates % settings_.stale_poses == 0) {
+          status = TakePoses(k + 1);
+          if (!status.ok()) return status;
+        }
       }
       if (progress.enabled()) progress.Show(ProgressText(k + 1, steps_.size(), shown_ms));
     }
     return Status::Ok();
+  }
+
+  Status Insert(const hpgo::ReplayStep& step) {
+    if (settings_.stale_poses == 0) {
+      return hpgo::ApplyStep<G>(graph_, step, loss_, &optimizer_);
+    }
+    const hpgo::Result<G> pose = hpgo::StartPose<G>(
+        graph_, step, [this](int node) -> hpgo::Result<G> { return client_poses_[node]; });
+    if (!pose.ok()) return pose.status();
+    client_poses_[step.node] = *pose;
+    return hpgo::AddStep<G>(graph_, step, *pose, loss_, &optimizer_);
+  }
+
+  // The client reads the poses of the first nodes.
+  Status TakePoses(std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k) {
+      const int node = steps_[k].node;
+      const hpgo::Result<G> pose = optimizer_.GetPose(graph_.nodes()[node].id);
+      if (!pose.ok()) return pose.status();
+      client_poses_[node] = *pose;
+    }
+    return Status::Ok();
+  }
+
+  // The numbers, among the updates that take in a closure, of those to compare after.
+  std::vector<std::int64_t> ClosuresToCompare() const {
+    std::int64_t total = 0;
+    bool closes_loop = false;
+    for (std::size_t k = 0; k < steps_.size(); ++k) {
+      closes_loop |= steps_[k].closes_loop();
+      if (!IsDue(k)) continue;
+      total += closes_loop;
+      closes_loop = false;
+    }
+    return SampleEvenly(total, settings_.compare_closures);
   }
 
   bool IsDue(std::size_t k) const {
@@ -161,6 +206,19 @@ class Replay {
     csv_->FlushIfLarge();
   }
 
+  void CompareIfClosing(bool closes_loop) {
+    if (!closes_loop) return;
+    const std::int64_t number = result_.closures.closing_updates++;
+    std::vector<FullComparison>& done = result_.closures.comparisons;
+    if (next_closure_ == compared_closures_.size() || CancelFlag()) return;
+    if (compared_closures_[next_closure_] != number) return;
+    ++next_closure_;
+    const std::optional<FullComparison> comparison = Accept(reference_.Compare(optimizer_));
+    if (!comparison.has_value()) return;
+    done.push_back(*comparison);
+    done.back().percent = 100.0 * static_cast<double>(comparison->nodes) / steps_.size();
+  }
+
   // At the first update with so many percent of the nodes.
   void CompareIfDue(std::size_t nodes) {
     while (next_comparison_ < settings_.compare_at.size() && !CancelFlag()) {
@@ -173,11 +231,14 @@ class Replay {
   }
 
   std::optional<FullComparison> Compare(double percent) {
-    hpgo::Result<FullComparison> comparison = CompareWithFull(optimizer_, settings_.loss);
-    if (comparison.ok()) {
-      comparison->percent = percent;
-      return *comparison;
-    }
+    std::optional<FullComparison> comparison = Accept(CompareWithFull(optimizer_, settings_.loss));
+    if (comparison.has_value()) comparison->percent = percent;
+    return comparison;
+  }
+
+  // Notes a failure.
+  std::optional<FullComparison> Accept(const hpgo::Result<FullComparison>& comparison) {
+    if (comparison.ok()) return *comparison;
     const bool interrupted = comparison.status().code() == StatusCode::kInterrupted;
     if (!interrupted && result_.comparison_failure.ok()) {
       result_.comparison_failure = comparison.status();
@@ -217,6 +278,10 @@ class Replay {
   std::size_t first_measured_ = 0;  // steps in measure_mode
   std::size_t first_counted_ = 0;   // steps in the statistics
   std::size_t next_comparison_ = 0;
+  ClosureReference<G> reference_;
+  std::vector<std::int64_t> compared_closures_;
+  std::size_t next_closure_ = 0;  // of those
+  std::vector<G> client_poses_;   // by index in graph_, with stale_poses
   ReplayResult result_;
 };
 

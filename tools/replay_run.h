@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hpgo/optimizer.h"
+#include "tools/replay_closures.h"
 #include "tools/replay_compare.h"
 #include "tools/replay_statistics.h"
 
@@ -28,8 +29,12 @@ struct ReplaySettings {
   std::string stats_csv;           // a file with a line an update; empty: none
   int chi2_every = 0;              // updates between two values of chi2 there; 0: none
   std::vector<double> compare_at;  // percent of the nodes, ascending
-  bool refine = false;             // to rest, after the last update
-  double far_closure = 0;          // see RecoverFromFarClosure; 0: none
+  int compare_closures = 0;        // closing updates after which to compare, at most; 0: none
+  // The client takes the poses of all nodes once in so many updates, and new nodes start in those
+  // it has; 0: in the current estimate.
+  int stale_poses = 0;
+  bool refine = false;     // to rest, after the last update
+  double far_closure = 0;  // see RecoverFromFarClosure; 0: none
 };
 
 struct RefineResult {
@@ -48,6 +53,7 @@ struct ReplayResult {
   hpgo::Status first_failure;
   std::vector<UpdateSample> samples;  // those that count
   std::vector<FullComparison> comparisons;
+  ClosureFigures closures;
   hpgo::Status comparison_failure;  // the first one
   std::optional<RefineResult> refine;
   // The largest size of the process so far, bytes; the input graph and comparisons are part of it.

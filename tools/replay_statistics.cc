@@ -35,6 +35,14 @@ UpdateGroup MakeGroup(const char* name, const std::vector<UpdateSample>& samples
   return group;
 }
 
+// Of at least one value, ascending.
+template <typename T>
+double Percentile(const std::vector<T>& sorted, double share) {
+  // Against 0.95 * 100 = 95.00000000000001.
+  const double rank = std::ceil(share * static_cast<double>(sorted.size()) * (1 - 1e-12));
+  return sorted[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
+}
+
 }  // namespace
 
 const std::vector<std::pair<const char*, double UpdateBreakdown::*>>& BreakdownParts() {
@@ -54,20 +62,37 @@ const std::vector<std::pair<const char*, double LatencyFigures::*>>& LatencyQuan
   return *quantiles;
 }
 
+const std::vector<std::pair<const char*, double Distribution::*>>& DistributionFigures() {
+  static const auto* figures = new std::vector<std::pair<const char*, double Distribution::*>>{
+      {"mean", &Distribution::mean},
+      {"median", &Distribution::median},
+      {"p90", &Distribution::p90},
+      {"max", &Distribution::max}};
+  return *figures;
+}
+
+Distribution Summarize(std::vector<double> values) {
+  Distribution distribution;
+  if (values.empty()) return distribution;
+  std::sort(values.begin(), values.end());
+  for (const double value : values) {
+    distribution.mean += value / static_cast<double>(values.size());
+  }
+  distribution.median = Percentile(values, 0.5);
+  distribution.p90 = Percentile(values, 0.9);
+  distribution.max = values.back();
+  return distribution;
+}
+
 LatencyFigures SummarizeLatency(std::vector<float> milliseconds) {
   LatencyFigures figures;
   if (milliseconds.empty()) return figures;
   std::sort(milliseconds.begin(), milliseconds.end());
   const double count = static_cast<double>(milliseconds.size());
-  const auto percentile = [&](double share) -> double {
-    // Against 0.95 * 100 = 95.00000000000001.
-    const double rank = std::ceil(share * count * (1 - 1e-12));
-    return milliseconds[static_cast<std::size_t>(std::max(rank, 1.0)) - 1];
-  };
   for (const float value : milliseconds) figures.mean += value / count;
-  figures.p50 = percentile(0.5);
-  figures.p95 = percentile(0.95);
-  figures.p99 = percentile(0.99);
+  figures.p50 = Percentile(milliseconds, 0.5);
+  figures.p95 = Percentile(milliseconds, 0.95);
+  figures.p99 = Percentile(milliseconds, 0.99);
   figures.max = milliseconds.back();
   return figures;
 }

@@ -32,6 +32,11 @@ struct LatencyFigures {
   double mean = 0, p50 = 0, p95 = 0, p99 = 0, max = 0;  // ms
 };
 
+// The percentiles are of the same kind.
+struct Distribution {
+  double mean = 0, median = 0, p90 = 0, max = 0;
+};
+
 struct UpdateGroup {
   std::string name;  // "all", "closures", "odometry"
   std::int64_t count = 0;
@@ -48,6 +53,10 @@ struct ReplayStatistics {
 // The names of the figures, in the order of reports.
 const std::vector<std::pair<const char*, double UpdateBreakdown::*>>& BreakdownParts();
 const std::vector<std::pair<const char*, double LatencyFigures::*>>& LatencyQuantiles();
+
+const std::vector<std::pair<const char*, double Distribution::*>>& DistributionFigures();
+
+Distribution Summarize(std::vector<double> values);
 
 LatencyFigures SummarizeLatency(std::vector<float> milliseconds);
 

@@ -1,6 +1,9 @@
 // hpgo replay as a shell sees it: figures, files, comparisons, exit codes, Ctrl-C.
+#include <algorithm>
 #include <csignal>
+#include <cstdio>
 #include <limits>
+#include <numeric>
 #include <sstream>
 
 #include "gmock/gmock.h"
@@ -256,6 +259,106 @@ TEST_F(ReplayCommandTest, GathersNodesBetweenUpdates) {
   EXPECT_EQ(loop.at("latency_ms").at("closures").at("updates"), closures);
 }
 
+TEST_F(ReplayCommandTest, UpdatesAtClosuresOnly) {
+  const std::string graph = Generate({"--world=manhattan", "--nodes=250", "--dim=2"});
+  const json loop = Replay(graph, {"--solve_every=loop"});
+  const json closures = Replay(graph, {"--update_at=closures"});
+  EXPECT_EQ(closures.at("updates"), loop.at("updates"));
+  EXPECT_EQ(closures.at("chi2"), loop.at("chi2"));
+  EXPECT_EQ(closures.at("settings"), loop.at("settings"));
+  EXPECT_THAT(RunProgram({"replay", graph, "--update_at=closures", "--solve_every=5"}).err,
+              StartsWith("error: --solve_every=5: does not go with --update_at=closures"));
+}
+
+TEST_F(ReplayCommandTest, ComparesRightAfterClosingUpdates) {
+  const std::string graph = Generate({"--world=manhattan", "--nodes=250"});
+  const json figures =
+      Replay(graph, {"--mode=top", "--max_top_nodes=50", "--compare_at=closures:5"});
+  const json& closing = figures.at("closing");
+  EXPECT_EQ(closing.at("updates"), figures.at("latency_ms").at("closures").at("updates"));
+  EXPECT_EQ(closing.at("compared"), 5);
+  const json& comparisons = closing.at("comparisons");
+  ASSERT_EQ(comparisons.size(), 5u);
+  std::string percentages;
+  std::vector<double> gaps, distances;
+  for (const json& comparison : comparisons) {
+    char text[32];
+    std::snprintf(text, sizeof(text), "%.12g", comparison.at("percent").get<double>() - 1e-9);
+    percentages += (percentages.empty() ? "" : ",") + std::string(text);
+    gaps.push_back(comparison.at("gap_percent"));
+    distances.push_back(comparison.at("ate_m"));
+  }
+  // The same as asked for by the number of nodes, with an optimum found in another way.
+  const json full =
+      Replay(graph, {"--mode=top", "--max_top_nodes=50", "--compare_full=" + percentages});
+  ASSERT_EQ(full.at("comparisons").size(), 5u);
+  for (std::size_t k = 0; k < 5; ++k) {
+    const json &expected = full.at("comparisons")[k], &comparison = comparisons[k];
+    EXPECT_EQ(comparison.at("nodes"), expected.at("nodes"));
+    EXPECT_EQ(comparison.at("cost"), expected.at("cost"));
+    EXPECT_NEAR(comparison.at("optimum").get<double>(), expected.at("optimum").get<double>(),
+                1e-6 * expected.at("optimum").get<double>() + 1e-9);
+    EXPECT_NEAR(comparison.at("ate_m").get<double>(), expected.at("ate_m").get<double>(), 1e-4);
+  }
+  for (const auto& [name, values] :
+       {std::make_pair("gap_percent", &gaps), std::make_pair("ate_m", &distances)}) {
+    std::sort(values->begin(), values->end());
+    const json& distribution = closing.at(name);
+    EXPECT_NEAR(distribution.at("mean").get<double>(),
+                std::accumulate(values->begin(), values->end(), 0.0) / 5, 1e-12 * values->back())
+        << name;
+    EXPECT_EQ(distribution.at("median"), (*values)[2]) << name;
+    EXPECT_EQ(distribution.at("p90"), (*values)[4]) << name;
+    EXPECT_EQ(distribution.at("max"), (*values)[4]) << name;
+    EXPECT_GT((*values)[4], 0) << name;
+  }
+  // In full mode the estimate is the optimum.
+  const json exact = Replay(graph, {"--mode=full", "--compare_at=closures"});
+  EXPECT_EQ(exact.at("closing").at("compared"), 40);
+  EXPECT_LT(exact.at("closing").at("gap_percent").at("max").get<double>(), 1e-4);
+  EXPECT_LT(exact.at("closing").at("ate_m").at("max").get<double>(), 1e-4);
+  // Of one, the last.
+  const json last = Replay(graph, {"--compare_at=closures:1"});
+  EXPECT_EQ(last.at("closing").at("comparisons")[0].at("nodes"), comparisons[4].at("nodes"));
+}
+
+TEST_F(ReplayCommandTest, ShowsTheGapsAfterClosures) {
+  const std::string chain = directory_.Write("chain.g2o", kChain);
+  const std::string chart = directory_.File("gaps.svg"), table = directory_.File("table.csv");
+  const ProgramResult result = RunProgram(
+      {"replay", chain, "--compare_at=closures:3", "--chart=" + chart, "--summary_csv=" + table});
+  ASSERT_EQ(result.exit_code, kExitOk) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("\nright after 1 of 1 update with a loop closure:\n"));
+  EXPECT_THAT(result.out, HasSubstr("\nto the optimum       mean   median      p90      max\n"));
+  EXPECT_THAT(result.out, HasSubstr("\n  gap, % "));
+  EXPECT_THAT(result.out, HasSubstr("\n  ATE, m "));
+  EXPECT_THAT(result.err, HasSubstr("wrote " + chart + "\n"));
+  EXPECT_THAT(ReadFile(chart), HasSubstr("ATE to the optimum, m</text>"));
+  EXPECT_THAT(Lines(ReadFile(table))[0],
+              HasSubstr(",closing_gap_percent_mean,closing_gap_percent_median,"
+                        "closing_gap_percent_p90,closing_gap_percent_max,closing_ate_m_mean,"));
+
+  const std::string open = directory_.Write("open.g2o", "EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\n");
+  const ProgramResult none = RunProgram(
+      {"replay", open, "--compare_at=closures", "--chart=" + directory_.File("none.svg")});
+  EXPECT_EQ(none.exit_code, kExitOk);
+  EXPECT_THAT(none.err, HasSubstr("no chart: there was no loop closure to compare after"));
+}
+
+// Nodes that start in poses taken long ago are far from their neighbours' estimates.
+TEST_F(ReplayCommandTest, PosesNewNodesInAStaleEstimate) {
+  const std::string graph = Generate({"--world=manhattan", "--nodes=250", "--dim=2"});
+  const json current = Replay(graph, {"--mode=top", "--max_top_nodes=50"});
+  const json stale = Replay(graph, {"--mode=top", "--max_top_nodes=50", "--stale_poses=40"});
+  EXPECT_EQ(stale.at("settings").at("stale_poses"), 40);
+  EXPECT_GT(stale.at("chi2").get<double>(), 1.01 * current.at("chi2").get<double>());
+  // One that reads them after every update has the current ones.
+  EXPECT_NEAR(Replay(graph, {"--stale_poses=1"}).at("chi2").get<double>(),
+              Replay(graph).at("chi2").get<double>(), 1e-9);
+  const json full = Replay(graph, {"--mode=full", "--stale_poses=40", "--compare_at=closures:10"});
+  EXPECT_LT(full.at("closing").at("gap_percent").at("max").get<double>(), 1e-4);
+}
+
 TEST_F(ReplayCommandTest, EqualReplaysWriteEqualFiles) {
   for (const char* engine : {"--engine=ceres", "--engine=block"}) {
     const std::string graph = Generate({"--world=manhattan", "--nodes=300"});
@@ -276,6 +379,8 @@ TEST_F(ReplayCommandTest, AThresholdDecidesTheExitCode) {
   EXPECT_GT(Gap(figures, 0), 0.001);
   const ProgramResult result = RunProgram(
       {"replay", graph, "--mode=top", "--compare_full=100", "--compare_threshold=0.001"});
+  Replay(graph, {"--mode=top", "--compare_at=closures:2", "--compare_threshold=0.001"},
+         kExitComparison);
   EXPECT_THAT(result.err, HasSubstr("error: the gap at 100 %, "));
   EXPECT_THAT(result.err, HasSubstr(" %, is above 0.001 %\n"));
 }
@@ -382,20 +487,41 @@ TEST_F(ReplayCommandTest, TakesALoneNode) {
 }
 
 TEST_F(ReplayCommandTest, WrongValuesAreUsageErrors) {
-  for (const char* flag :
-       {"--solve_every=0", "--solve_every=often", "--mode=half", "--preset=best", "--engine=steam",
-        "--window_nodes=-1", "--max_windows=-2", "--update_seconds=-1", "--loss=total",
-        "--stats_from=1", "--measure_mode=none", "--measure_updates=0", "--chi2_every=-1",
-        "--compare_full=0", "--compare_full=10,x", "--compare_full=101", "--error=big",
-        "--summary_csv=-", "--compare_threshold=1"}) {
+  for (const char* flag : {"--solve_every=0",
+                           "--solve_every=often",
+                           "--mode=half",
+                           "--preset=best",
+                           "--engine=steam",
+                           "--window_nodes=-1",
+                           "--max_windows=-2",
+                           "--update_seconds=-1",
+                           "--loss=total",
+                           "--stats_from=1",
+                           "--measure_mode=none",
+                           "--measure_updates=0",
+                           "--chi2_every=-1",
+                           "--compare_full=0",
+                           "--compare_full=10,x",
+                           "--compare_full=101",
+                           "--error=big",
+                           "--summary_csv=-",
+                           "--compare_threshold=1",
+                           "--compare_at=loops",
+                           "--compare_at=closures:",
+                           "--compare_at=closures:0",
+                           "--compare_at=closures:2x",
+                           "--update_at=never",
+                           "--stale_poses=-1",
+                           "--chart=gaps.svg"}) {
     const ProgramResult result = RunProgram({"replay", "a.g2o", flag});
     EXPECT_EQ(result.exit_code, kExitUsage) << flag;
     EXPECT_THAT(result.err, StartsWith("error: --")) << flag;
     EXPECT_EQ(result.out, "");
   }
-  EXPECT_EQ(RunProgram({"replay", "a.g2o", "--output=-", "--stats_csv=-"}).err,
-            "error: only one of --output, --stats_csv and --stats_json can be the standard output "
-            "(see --help)\n");
+  EXPECT_EQ(
+      RunProgram({"replay", "a.g2o", "--output=-", "--stats_csv=-"}).err,
+      "error: only one of --output, --stats_csv, --stats_json and --chart can be the standard "
+      "output (see --help)\n");
   EXPECT_THAT(RunProgram({"replay", "a.g2o", "--max_windows=-2"}).err,
               StartsWith("error: --max_windows is -2, and must be at least 1"));
 }
