@@ -5,6 +5,8 @@
 #include "hpgo/graph/components.h"
 #include "hpgo/graph/edge_classes.h"
 #include "hpgo/io/g2o_reader.h"
+#include "hpgo/io/line_fields.h"
+#include "hpgo/io/record_tags.h"
 #include "tools/command.h"
 #include "tools/commands.h"
 #include "tools/console.h"
@@ -15,9 +17,16 @@ namespace {
 
 // "VERTEX_SE2 3,500, EDGE_SE2 5,453".
 std::string TagCounts(const hpgo::ReadReport& report) {
+  constexpr std::size_t kShown = 30;
   std::string text;
+  std::size_t shown = 0;
   for (const auto& [tag, count] : report.tags) {
-    text += (text.empty() ? "" : ", ") + tag + " " + FormatCount(count);
+    if (shown == kShown) {
+      return text + ", " +
+             Plural(static_cast<std::int64_t>(report.tags.size() - shown), "other tag");
+    }
+    text += (text.empty() ? "" : ", ") + hpgo::Shortened(tag) + " " + FormatCount(count);
+    ++shown;
   }
   return text.empty() ? "no records" : text;
 }
@@ -48,6 +57,8 @@ void PrintOddities(const hpgo::ReadReport& report) {
   line(report.normalized_quaternions, "quaternion", "normalized");
   line(report.semidefinite_informations, "information", "without full rank");
   line(report.projected_informations, "information", "projected");
+  line(report.identity_informations, "information", "missing, the identity taken");
+  line(report.merged_nodes, "vertex line", "of merged nodes (EQUIV)");
   line(report.created_nodes, "missing pose", "composed");
   line(report.priors_without_offset, "prior", "without parameter");
 }
@@ -62,7 +73,7 @@ int Run(const std::vector<std::string>& arguments) {
   }
   for (const std::string& warning : report.warnings) Warn(warning);
   for (const std::string& problem : report.problems) Print(problem);
-  Print(Plural(report.lines, "line") + ": " + TagCounts(report));
+  if (report.lines > 0) Print(Plural(report.lines, "line") + ": " + TagCounts(report));
   if (file.ok()) {
     std::visit([&](const auto& any) { PrintGraph(any.graph, report); }, *file);
   }
@@ -75,19 +86,28 @@ int Run(const std::vector<std::string>& arguments) {
 }  // namespace
 
 const Command& CheckCommand() {
-  static const Command* command = new Command{
-      "check",
-      "INPUT",
-      "Reads a g2o or TORO file and lists every problem with its line.",
-      1,
-      1,
-      {"strict", "project_information", "create_missing", "row_major_edge2"},
-      &Run,
+  static const std::string help =
       "The problems and a summary go to the standard output, warnings to the standard error. The\n"
-      "exit code is 0 if the file can be used, 3 if it cannot, 2 if it cannot be read.\n"
+      "exit code is 0 if the file can be used, 3 if it cannot, 2 if it cannot be read. Files\n"
+      "compressed with gzip are read as they are.\n\n" +
+      hpgo::RecordTagList() +
+      "\n"
+      "The information of EDGE2 and EDGE is in TORO's order unless --row_major_edge2 is given; "
+      "that\n"
+      "of ODOMETRY is iSAM's square root. EQUIV makes the two nodes one.\n"
       "\n"
       "  hpgo check map.g2o\n"
-      "  hpgo check --strict map.g2o\n"};
+      "  hpgo check --strict map.g2o\n";
+  static const Command* command =
+      new Command{"check",
+                  "INPUT",
+                  "Reads a g2o or TORO file and lists every problem with its line.",
+                  1,
+                  1,
+                  {"strict", "project_information", "identity_information", "create_missing",
+                   "row_major_edge2"},
+                  &Run,
+                  help};
   return *command;
 }
 

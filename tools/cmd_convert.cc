@@ -8,6 +8,7 @@
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/g2o_writer.h"
 #include "hpgo/io/input_text.h"
+#include "hpgo/io/output_file.h"
 #include "hpgo/io/trajectory.h"
 #include "tools/command.h"
 #include "tools/commands.h"
@@ -100,6 +101,8 @@ int Run(const std::vector<std::string>& arguments) {
     return FailUsage("the name " + output +
                      " does not tell the format; say --to=g2o, kitti or tum");
   }
+  const hpgo::Status writable = hpgo::CheckOutputPath(output);
+  if (!writable.ok()) return Fail(writable);
   const hpgo::Result<hpgo::InputText> input = hpgo::InputText::Read(arguments[0]);
   if (!input.ok()) return Fail(input.status());
   if (*from == TrajectoryFormat::kAuto) from = hpgo::DetectFormat(input->text());
@@ -134,7 +137,8 @@ const Command& ConvertCommand() {
       "Writes a graph or a trajectory in another format: g2o, KITTI or TUM.",
       2,
       2,
-      {"from", "to", "strict", "project_information", "create_missing", "row_major_edge2"},
+      {"from", "to", "strict", "project_information", "identity_information", "create_missing",
+       "row_major_edge2"},
       &Run,
       "Reads g2o, TORO, KITTI and TUM. From g2o to g2o everything is kept, unknown lines too;\n"
       "TORO becomes g2o. KITTI and TUM take the poses alone, in the order of the node ids, with\n"

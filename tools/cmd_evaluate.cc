@@ -259,8 +259,9 @@ const Command& EvaluateCommand() {
       "Judges poses by edges (chi2) and by a reference (ATE, RPE, KITTI segments).",
       1,
       1,
-      {"edges", "reference", "plane", "alignment", "rpe_delta", "error", "json", "max_chi2",
-       "max_ate", "strict", "project_information", "create_missing"},
+      {"edges", "reference", "plane", "by_order", "alignment", "rpe_delta", "error", "json",
+       "max_chi2", "max_ate", "strict", "project_information", "identity_information",
+       "create_missing", "row_major_edge2"},
       &Run,
       "ESTIMATE is a g2o, TORO, KITTI or TUM file; a graph without vertices is judged at its dead "
       "reckoning.\n"

@@ -150,7 +150,8 @@ const Command& GenerateCommand() {
       0,
       0,
       {"world", "nodes", "dim", "seed", "noise_translation", "noise_rotation", "closure_density",
-       "outliers", "dense_information", "trajectory", "plane", "output", "ground_truth"},
+       "outliers", "dense_information", "trajectory", "plane", "strict", "project_information",
+       "identity_information", "create_missing", "row_major_edge2", "output", "ground_truth"},
       &Run,
       "A robot drives through the world; its odometry and loop closures are measured with noise. "
       "The vertices\nhold dead reckoning. Information matrices are those of the noise in the error "

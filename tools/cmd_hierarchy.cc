@@ -176,7 +176,8 @@ const Command& HierarchyCommand() {
       1,
       1,
       {"output", "json", "title", "max_group_size", "max_top_nodes", "max_top_edges",
-       "coarse_edges", "strict", "project_information", "create_missing", "row_major_edge2"},
+       "coarse_edges", "strict", "project_information", "identity_information", "create_missing",
+       "row_major_edge2"},
       &Run,
       "Prints for each level its size, also relative to the graph, the reduction from the level "
       "below, the\nmodularity of its groups and how many of them have 1, 2, ... members; the time "

@@ -252,24 +252,24 @@ int Run(const std::vector<std::string>& arguments) {
 }  // namespace
 
 const Command& OptimizeCommand() {
-  static const Command* command =
-      new Command{"optimize",
-                  "INPUT",
-                  "Moves the poses of a g2o or TORO file to where its edges agree best.",
-                  1,
-                  1,
-                  {"output", "stats_json", "init", "engine", "error", "loss", "loss_scale",
-                   "loss_on", "max_iterations", "max_seconds", "edge_report", "strict",
-                   "project_information", "create_missing", "row_major_edge2"},
-                  &Run,
-                  "Prints what it read, the chi2 before and after, iterations and time. Fixed "
-                  "nodes (FIX) stay;\n"
-                  "a component with neither a fixed node nor a prior keeps its first node. Ctrl-C "
-                  "once ends it\n"
-                  "after the current iteration and writes what there is (exit code 130).\n\n"
-                  "Examples:\n"
-                  "  hpgo optimize map.g2o --output=optimized.g2o\n"
-                  "  hpgo optimize map.g2o --loss=dcs --edge_report --stats_json=stats.json\n"};
+  static const Command* command = new Command{
+      "optimize",
+      "INPUT",
+      "Moves the poses of a g2o or TORO file to where its edges agree best.",
+      1,
+      1,
+      {"output", "stats_json", "init", "engine", "error", "loss", "loss_scale", "loss_on",
+       "max_iterations", "max_seconds", "edge_report", "strict", "project_information",
+       "identity_information", "create_missing", "row_major_edge2"},
+      &Run,
+      "Prints what it read, the chi2 before and after, iterations and time. Fixed "
+      "nodes (FIX) stay;\n"
+      "a component with neither a fixed node nor a prior keeps its first node. Ctrl-C "
+      "once ends it\n"
+      "after the current iteration and writes what there is (exit code 130).\n\n"
+      "Examples:\n"
+      "  hpgo optimize map.g2o --output=optimized.g2o\n"
+      "  hpgo optimize map.g2o --loss=dcs --edge_report --stats_json=stats.json\n"};
   return *command;
 }
 

@@ -70,7 +70,8 @@ const Command& PlotCommand() {
       "Draws the trajectory and the loop closures of a graph, or of two side by side, as SVG.",
       1,
       2,
-      {"output", "title", "width", "strict", "project_information", "create_missing"},
+      {"output", "title", "width", "strict", "project_information", "identity_information",
+       "create_missing", "row_major_edge2"},
       RunPlot,
       "A 2D graph is drawn as a map, a 3D graph in an oblique parallel view. Two graphs are\n"
       "seen from the same direction. The chi2 under a graph's name is in g2o's convention.\n"

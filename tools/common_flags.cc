@@ -19,6 +19,9 @@ DEFINE_bool(strict, false, "unknown tags and other oddities in the input are err
 DEFINE_bool(project_information, false,
             "replace information matrices that are not positive semi-definite by the nearest that "
             "are, instead of rejecting the file");
+DEFINE_bool(identity_information, false,
+            "take the identity for the information of edges and priors that give none, instead of "
+            "rejecting the file");
 DEFINE_bool(create_missing, false,
             "compose the pose of a node that only edges name, instead of rejecting the file");
 DEFINE_bool(row_major_edge2, false,
@@ -49,6 +52,16 @@ DEFINE_int32(max_top_nodes, 0,
 DEFINE_int32(max_top_edges, 0, "so does one with more edges; 0: the default");
 
 DEFINE_string(reference, "", "true poses to compare with: a g2o, TORO, KITTI or TUM file");
+DEFINE_bool(by_order, false,
+            "match poses one by one where no time or id agrees, instead of refusing");
 DEFINE_string(plane, "",
               "the ground plane on which 3D poses are seen in 2D: xy (z up) or xz (a camera's "
               "frame, as KITTI's: planar x = z, planar y = -x)");
+
+bool IsOutputFlag(const std::string& name) {
+  for (const char* output :
+       {"output", "stats_json", "json", "stats_csv", "summary_csv", "ground_truth", "chart"}) {
+    if (name == output) return true;
+  }
+  return false;
+}

@@ -2,6 +2,8 @@
 // lists the ones it takes in Command::flags. --quiet, --v and --help belong to every command.
 #pragma once
 
+#include <string>
+
 #include "gflags/gflags.h"
 
 DECLARE_bool(quiet);
@@ -11,9 +13,13 @@ DECLARE_string(json);
 DECLARE_string(title);
 DECLARE_uint64(seed);
 
+// Whether the flag of this name, of any command, names a file to write.
+bool IsOutputFlag(const std::string& name);
+
 // Reading.
 DECLARE_bool(strict);
 DECLARE_bool(project_information);
+DECLARE_bool(identity_information);
 DECLARE_bool(create_missing);
 DECLARE_bool(row_major_edge2);
 
@@ -36,3 +42,4 @@ DECLARE_int32(max_top_edges);
 // What poses are compared with; seeing 3D poses in 2D (pose_source.h).
 DECLARE_string(reference);
 DECLARE_string(plane);
+DECLARE_bool(by_order);

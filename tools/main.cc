@@ -2,14 +2,17 @@
 // message and an exit code.
 #include <cstdio>
 #include <exception>
+#include <map>
 #include <new>
 #include <string>
 #include <vector>
 
 #include "gflags/gflags.h"
 #include "glog/logging.h"
+#include "hpgo/io/output_file.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
+#include "tools/common_flags.h"
 #include "tools/console.h"
 #include "tools/signals.h"
 
@@ -31,6 +34,24 @@ const Command* FindCommand(const std::string& name) {
   return nullptr;
 }
 
+// An output that cannot be written is found before the work is done.
+hpgo::Status CheckOutputs(const Command& command) {
+  std::map<std::string, std::string> flags;  // by path
+  for (const std::string& flag : command.flags) {
+    if (!IsOutputFlag(flag)) continue;
+    std::string path;
+    if (!gflags::GetCommandLineOption(flag.c_str(), &path) || path.empty()) continue;
+    const auto [other, is_new] = flags.emplace(path, flag);
+    if (!is_new && path != "-") {
+      return hpgo::Status(hpgo::StatusCode::kInvalidArgument,
+                          "--" + other->second + " and --" + flag + " cannot be the same file");
+    }
+    const hpgo::Status status = hpgo::CheckOutputPath(path);
+    if (!status.ok()) return status;
+  }
+  return hpgo::Status::Ok();
+}
+
 int RunCommand(const Command& command, const std::vector<std::string>& arguments) {
   const ParsedArguments parsed = ParseArguments(command, arguments);
   if (parsed.help) {
@@ -43,6 +64,8 @@ int RunCommand(const Command& command, const std::vector<std::string>& arguments
   }
   // VLOG writes at the level INFO, which is off unless it is asked for.
   if (FLAGS_v > 0) FLAGS_minloglevel = google::GLOG_INFO;
+  const hpgo::Status outputs = CheckOutputs(command);
+  if (!outputs.ok()) return Fail(outputs);
   InstallSignalHandlers();
   return command.run(parsed.positional);
 }

@@ -9,6 +9,7 @@
 #include "hpgo/graph/compose_poses.h"
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/input_text.h"
+#include "hpgo/io/line_fields.h"
 #include "tools/common_flags.h"
 #include "tools/console.h"
 #include "tools/read_graph.h"
@@ -35,6 +36,19 @@ const char* KeyName(const Trajectory& trajectory) {
   if (!trajectory.ids.empty()) return "id";
   return trajectory.stamps.empty() ? "line" : "time";
 }
+
+// ", 1000 to 1002", where there are stamps.
+std::string StampRange(const Trajectory& trajectory) {
+  if (trajectory.stamps.empty()) return "";
+  const auto [first, last] =
+      std::minmax_element(trajectory.stamps.begin(), trajectory.stamps.end());
+  std::string text = ", ";
+  hpgo::AppendNumber(*first, &text);
+  text += " to ";
+  hpgo::AppendNumber(*last, &text);
+  return text;
+}
+
 std::vector<std::pair<double, int>> SortedKeys(const Trajectory& trajectory) {
   std::vector<std::pair<double, int>> keys;
   for (int k = 0; k < static_cast<int>(trajectory.poses.size()); ++k) {
@@ -143,14 +157,25 @@ hpgo::Result<PoseMatches> MatchPoses(const PoseSource& first, const PoseSource& 
   if (chance && matches.pairs.size() < std::min(a.poses.size(), b.poses.size())) {
     matches.pairs.clear();
   }
-  if (matches.pairs.empty() && a.poses.size() == b.poses.size()) {
+  // Two clocks can be compared: where no time agrees, the files hardly belong together.
+  const bool clocks = key_a == "time" && key_b == "time";
+  const bool same_size = a.poses.size() == b.poses.size();
+  if (matches.pairs.empty() && same_size && (FLAGS_by_order || !clocks)) {
     for (int k = 0; k < static_cast<int>(a.poses.size()); ++k) matches.pairs.emplace_back(k, k);
     matches.by = "order";
   }
   if (!matches.pairs.empty()) return matches;
+  std::string hint;
+  if (clocks && same_size) {
+    hint = "; --by_order matches them one by one";
+  } else if (FLAGS_by_order) {
+    hint = "; --by_order needs as many poses in both, not " + std::to_string(a.poses.size()) +
+           " and " + std::to_string(b.poses.size());
+  }
   return Status(StatusCode::kInvalidArgument, "no pose of " + first.name + " (by " + key_a +
-                                                  ") belongs to one of " + second.name + " (by " +
-                                                  key_b + ")");
+                                                  StampRange(a) + ") belongs to one of " +
+                                                  second.name + " (by " + key_b + StampRange(b) +
+                                                  ")" + hint);
 }
 
 }  // namespace hpgo_cli

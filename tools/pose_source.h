@@ -32,8 +32,9 @@ struct PoseMatches {
   std::string by;                          // "id", "time", "line" or "order", for people
 };
 
-// By id where both have ids; otherwise by the nearest id, stamp or line number within 0.01; in
-// order where nothing agrees so and the lengths are equal. kInvalidArgument where nothing matches.
+// By id where both have ids; otherwise by the nearest id, stamp or line number within 0.01. Where
+// nothing agrees so and the lengths are equal, in order: if one of them has no stamps, or under
+// --by_order. kInvalidArgument where nothing matches.
 hpgo::Result<PoseMatches> MatchPoses(const PoseSource& first, const PoseSource& second);
 
 }  // namespace hpgo_cli

@@ -10,6 +10,7 @@ hpgo::ReadOptions ReadOptionsFromFlags() {
   hpgo::ReadOptions options;
   options.strict = FLAGS_strict;
   options.project_information = FLAGS_project_information;
+  options.identity_information = FLAGS_identity_information;
   options.create_missing = FLAGS_create_missing;
   if (FLAGS_row_major_edge2) options.edge2_order = hpgo::Edge2Order::kRowMajor;
   return options;

@@ -1,4 +1,4 @@
-// Reads a graph as the flags --strict, --project_information and --create_missing say.
+// Reads a graph as the flags of common_flags.h under "Reading" say.
 #pragma once
 
 #include <string>

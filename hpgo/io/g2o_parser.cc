@@ -1,5 +1,6 @@
 #include "hpgo/io/g2o_parser.h"
 
+#include <algorithm>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -15,11 +16,13 @@ const char* NextLine(const char* begin, const char* end) {
   return found ? static_cast<const char*>(found) + 1 : end;
 }
 
-// Without the end of the line.
+// Without the end of the line, LF or CR LF. Two CR are none: a line that is kept keeps them, or one
+// would be lost at each rewrite.
 std::string_view LineBetween(const char* begin, const char* next) {
   std::string_view line(begin, static_cast<std::size_t>(next - begin));
   if (!line.empty() && line.back() == '\n') line.remove_suffix(1);
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  const bool carriage_return = !line.empty() && line.back() == '\r';
+  if (carriage_return && (line.size() < 2 || line[line.size() - 2] != '\r')) line.remove_suffix(1);
   return line;
 }
 
@@ -37,6 +40,7 @@ G2oParser<G>::G2oParser(std::string_view text, const std::string& file, const Re
 template <typename G>
 Status G2oParser<G>::Parse(GraphFile<G>* out, ReadReport* report) {
   ReserveForText();
+  if (has_equivalences_) ReadEquivalences();
   const char* const end = text_.data() + text_.size();
   for (const char* next = text_.data(); next != end && !log_.stopped();) {
     place_ = {place_.number + 1, next};
@@ -66,9 +70,51 @@ void G2oParser<G>::ReserveForText() {
   for (const char* next = text_.data(); next != end; next = NextLine(next, end)) {
     vertices += *next == 'V';
     edges += *next == 'E';
+    const char* tag = next;
+    while (tag != end && (*tag == ' ' || (*tag >= '\t' && *tag <= '\r'))) ++tag;
+    has_equivalences_ |= end - tag >= 2 && tag[0] == 'E' && tag[1] == 'Q';
   }
   file_.graph.Reserve(vertices, edges);
   node_places_.reserve(vertices);
+}
+
+// Ahead of all else: the lines may stand anywhere. What is wrong with them is said later.
+template <typename G>
+void G2oParser<G>::ReadEquivalences() {
+  const char* const end = text_.data() + text_.size();
+  for (const char* begin = text_.data(); begin != end;) {
+    const char* const next = NextLine(begin, end);
+    LineFields fields(LineBetween(begin, next));
+    begin = next;
+    NodeId a = 0, b = 0;
+    if (FindRecordTag(fields.Word()).type != RecordType::kEquivalence) continue;
+    if (!fields.Read(&a) || !fields.Read(&b)) continue;
+    a = FindSmallest(a);
+    b = FindSmallest(b);
+    if (a != b) equivalent_[std::max(a, b)] = std::min(a, b);
+  }
+  // One step from each name to its node.
+  for (auto& [id, node] : equivalent_) node = FindSmallest(node);
+}
+
+// Shortens the way for the next time.
+template <typename G>
+NodeId G2oParser<G>::FindSmallest(NodeId id) {
+  auto it = equivalent_.find(id);
+  while (it != equivalent_.end()) {
+    const auto next = equivalent_.find(it->second);
+    id = it->second;
+    if (next != equivalent_.end()) it->second = next->second;
+    it = next;
+  }
+  return id;
+}
+
+template <typename G>
+NodeId G2oParser<G>::NodeCalled(NodeId id) const {
+  if (!has_equivalences_) return id;
+  const auto found = equivalent_.find(id);
+  return found == equivalent_.end() ? id : found->second;
 }
 
 template <typename G>
@@ -133,6 +179,10 @@ void G2oParser<G>::ParseVertex(LineFields* fields) {
   // After an error the node exists all the same, or each of its edges would be one more.
   if (record_.ids_read() == 0) return;
   node.id = record_.id(0);
+  if (NodeCalled(node.id) != node.id) {
+    if (ok) ParseMergedVertex(node);
+    return;
+  }
   const std::optional<int> found = file_.graph.Find(node.id);
   int index = 0;
   if (!found) {
@@ -157,16 +207,35 @@ void G2oParser<G>::ParseVertex(LineFields* fields) {
   file_.AddRecord(RecordKind::kVertex, index);
 }
 
+// Its pose counts where the node has none of its own.
+template <typename G>
+void G2oParser<G>::ParseMergedVertex(const GraphNode<G>& node) {
+  const NodeId into = NodeCalled(node.id);
+  ++counts_.merged_nodes;
+  merged_poses_.emplace(into, node);
+  Mention(into);
+  file_.AddRecord(RecordKind::kMerged, static_cast<int>(file_.merged.size()));
+  file_.merged.push_back({node.id, into});
+}
+
 template <typename G>
 void G2oParser<G>::ParseEdge() {
   if (record_.id(0) == record_.id(1)) {
     record_.Fail("edge from node " + std::to_string(record_.id(0)) + " to itself", line_);
     return;
   }
+  if (NodeCalled(record_.id(0)) == NodeCalled(record_.id(1))) {
+    const std::string ids = std::to_string(record_.id(0)) + " and " + std::to_string(record_.id(1));
+    record_.Oddity(WarningKind::kNotOptimized,
+                   "nodes " + ids + " are one node by EQUIV, the edge is kept as it is", line_);
+    KeepVerbatim();
+    return;
+  }
   GraphEdge<G> edge;
-  edge.i = Mention(record_.id(0));
-  edge.j = Mention(record_.id(1));
+  edge.i = Mention(NodeCalled(record_.id(0)));
+  edge.j = Mention(NodeCalled(record_.id(1)));
   if (!record_.TakePose(&edge.measurement) || !record_.TakeInformation(&edge.information)) return;
+  tags_.TookEdge();
   file_.AddRecord(RecordKind::kEdge, static_cast<int>(file_.graph.edges().size()));
   const Status added = file_.graph.AddEdge(edge);
   if (!added.ok()) record_.Fail(added.message(), line_);
@@ -176,7 +245,7 @@ template <typename G>
 void G2oParser<G>::ParsePrior() {
   const RecordTag& tag = record_.tag();
   GraphPrior<G> prior;
-  prior.node = Mention(record_.id(0));
+  prior.node = Mention(NodeCalled(record_.id(0)));
   if (!record_.TakePose(&prior.measurement)) return;
   if (!record_.TakeInformation(&prior.information)) return;
   PriorSyntax syntax;
@@ -262,7 +331,7 @@ template <typename G>
 void G2oParser<G>::ResolveFixed() {
   for (std::size_t k = 0; k < file_.fix.size(); ++k) {
     for (const NodeId id : file_.fix[k]) {
-      const std::optional<int> found = file_.graph.Find(id);
+      const std::optional<int> found = file_.graph.Find(NodeCalled(id));
       if (found) {
         file_.graph.node(*found).fixed = true;
       } else if (other_vertices_.count(id) == 0) {
@@ -279,12 +348,23 @@ void G2oParser<G>::ResolveMissing() {
   const std::size_t size = file_.graph.nodes().size();
   if (vertices_ == 0) {
     counts_.edges_only = size > 0;
-    if (size == 0 && log_.ok()) log_.Error(0, "holds no vertex and no edge", {});
+    if (size == 0 && log_.ok()) {
+      const bool others = counts_.unknown + counts_.landmarks > 0;
+      log_.Error(0,
+                 std::string("holds no vertex and no edge") +
+                     (others ? " with a tag that is read; hpgo check --help lists those" : ""),
+                 {});
+    }
     return;
   }
   for (std::size_t k = 0; k < size; ++k) {
-    const GraphNode<G>& node = file_.graph.nodes()[k];
+    GraphNode<G>& node = file_.graph.node(static_cast<int>(k));
     if (node.has_pose) continue;
+    if (const auto merged = merged_poses_.find(node.id); merged != merged_poses_.end()) {
+      node.pose = merged->second.pose;
+      node.has_pose = true;
+      continue;
+    }
     const std::string what = "no vertex " + std::to_string(node.id);
     const std::string_view line = LineAt(node_places_[k].text);
     if (options_.create_missing) {

@@ -31,9 +31,14 @@ class G2oParser {
     const char* text;     // where it begins
   };
   void ReserveForText();
+  void ReadEquivalences();
+  NodeId FindSmallest(NodeId id);
+  // The id of the node that is called `id`.
+  NodeId NodeCalled(NodeId id) const;
   void ParseLine();
   void ParseRecord(LineFields* fields, std::string_view name);
   void ParseVertex(LineFields* fields);
+  void ParseMergedVertex(const GraphNode<G>& node);
   void ParseEdge();
   void ParsePrior();
   void ParseOffset();
@@ -63,6 +68,9 @@ class G2oParser {
   std::vector<Place> fix_places_;
   std::unordered_map<std::int64_t, int> offset_index_;
   std::unordered_set<NodeId> other_vertices_;  // of landmarks and unknown tags
+  bool has_equivalences_ = false;
+  std::unordered_map<NodeId, NodeId> equivalent_;  // to the smallest id, which is the node's
+  std::unordered_map<NodeId, GraphNode<G>> merged_poses_;  // the first for each node
 };
 
 extern template class G2oParser<SE2>;

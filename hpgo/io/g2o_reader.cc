@@ -4,11 +4,12 @@
 
 #include "hpgo/io/g2o_parser.h"
 #include "hpgo/io/input_text.h"
+#include "hpgo/io/text_format.h"
 
 namespace hpgo {
 namespace {
 
-// That of the first record which has one; 3 if there is none.
+// That of the first record which has one; 0 if there is none.
 int Dimension(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
@@ -17,7 +18,13 @@ int Dimension(std::string_view text) {
     if (dimension != 0) return dimension;
     text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
   }
-  return 3;
+  return 0;
+}
+
+// What is wrong with a text that is no graph at all; empty if nothing known is.
+std::string DescribeOther(std::string_view text, int dimension) {
+  const std::string binary = DescribeBinary(text);
+  return !binary.empty() || dimension != 0 ? binary : DescribeText(text);
 }
 
 template <typename G>
@@ -36,8 +43,16 @@ Result<AnyGraphFile> ParseG2o(std::string_view text, const std::string& name,
   ReadReport unused;
   if (report == nullptr) report = &unused;
   text = WithoutByteOrderMark(text);
-  return Dimension(text) == 2 ? ParseAs<SE2>(text, name, options, report)
-                              : ParseAs<SE3>(text, name, options, report);
+  const int dimension = Dimension(text);
+  const std::string other = DescribeOther(text, dimension);
+  if (!other.empty()) {
+    MessageLog log(name, options);
+    log.Error(0, other, {});
+    report->bytes = static_cast<std::int64_t>(text.size());
+    return log.Finish(report);
+  }
+  return dimension == 2 ? ParseAs<SE2>(text, name, options, report)
+                        : ParseAs<SE3>(text, name, options, report);
 }
 
 Result<AnyGraphFile> ReadG2o(const std::string& path, const ReadOptions& options,

@@ -102,8 +102,14 @@ PriorPlan<G> PlanPriors(const Source<G>& source) {
 template <typename G>
 class G2oFileWriter {
  public:
-  G2oFileWriter(const Source<G>& source, const WriteOptions& options, OutputFile* out)
-      : graph_(source.graph), file_(source.file), out_(out), plan_(PlanPriors(source)) {
+  // To `text`, which goes to `out` whenever it is large, unless `out` is null.
+  G2oFileWriter(const Source<G>& source, const WriteOptions& options, std::string* text,
+                OutputFile* out)
+      : graph_(source.graph),
+        file_(source.file),
+        text_(text),
+        out_(out),
+        plan_(PlanPriors(source)) {
     std::vector<bool> has_line(graph_.nodes().size(), false);
     for (const RecordRun& run : file_.order) {
       if (run.kind != RecordKind::kVertex) continue;
@@ -140,7 +146,7 @@ class G2oFileWriter {
 
  private:
   void WriteAddedFirst() {
-    for (const OffsetParameter<G>& offset : plan_.added) AppendOffset(offset, out_->buffer());
+    for (const OffsetParameter<G>& offset : plan_.added) AppendOffset(offset, text_);
     for (const int node : added_nodes_) WriteRecord(RecordKind::kVertex, node);
   }
 
@@ -148,17 +154,17 @@ class G2oFileWriter {
     const auto& nodes = graph_.nodes();
     switch (kind) {
       case RecordKind::kVertex:
-        if (nodes[k].has_pose) AppendVertex(nodes[k], out_->buffer());
+        if (nodes[k].has_pose) AppendVertex(nodes[k], text_);
         break;
       case RecordKind::kEdge: {
         const GraphEdge<G>& edge = graph_.edges()[k];
-        AppendEdge(nodes[edge.i].id, nodes[edge.j].id, edge, out_->buffer());
+        AppendEdge(nodes[edge.i].id, nodes[edge.j].id, edge, text_);
         edges_written_ = k + 1;
         break;
       }
       case RecordKind::kPrior: {
         const GraphPrior<G>& prior = graph_.priors()[k];
-        AppendPrior(nodes[prior.node].id, prior, plan_.syntax[k], out_->buffer());
+        AppendPrior(nodes[prior.node].id, prior, plan_.syntax[k], text_);
         priors_written_ = k + 1;
         break;
       }
@@ -166,13 +172,21 @@ class G2oFileWriter {
         WriteFix(file_.fix[k]);
         break;
       case RecordKind::kOffset:
-        AppendOffset(file_.offsets[k], out_->buffer());
+        AppendOffset(file_.offsets[k], text_);
         break;
+      case RecordKind::kMerged: {
+        const std::optional<int> node = graph_.Find(file_.merged[k].into);
+        if (!node || !nodes[*node].has_pose) break;
+        GraphNode<G> named = nodes[*node];
+        named.id = file_.merged[k].id;
+        AppendVertex(named, text_);
+        break;
+      }
       case RecordKind::kVerbatim:
-        *out_->buffer() += file_.verbatim[k] + "\n";
+        *text_ += file_.verbatim[k] + "\n";
         break;
     }
-    out_->FlushIfLarge();
+    if (out_ != nullptr) out_->FlushIfLarge();
   }
 
   // Without the nodes that have been set free since. Those of landmarks stay.
@@ -184,11 +198,12 @@ class G2oFileWriter {
       line += ' ';
       AppendNumber(id, &line);
     }
-    if (!line.empty()) *out_->buffer() += "FIX" + line + "\n";
+    if (!line.empty()) *text_ += "FIX" + line + "\n";
   }
 
   const PoseGraph<G>& graph_;
   const GraphFile<G>& file_;
+  std::string* const text_;
   OutputFile* const out_;
   const PriorPlan<G> plan_;
   std::vector<int> added_nodes_;
@@ -201,7 +216,7 @@ Status WriteSource(const Source<G>& source, const std::string& path, const Write
   const Status writable = CheckWritable(source.graph);
   if (!writable.ok()) return writable;
   OutputFile out(path);
-  G2oFileWriter<G>(source, options, &out).Write();
+  G2oFileWriter<G>(source, options, out.buffer(), &out).Write();
   return out.Commit();
 }
 
@@ -210,6 +225,17 @@ Status WriteSource(const Source<G>& source, const std::string& path, const Write
 template <typename G>
 Status WriteG2o(const GraphFile<G>& file, const std::string& path, const WriteOptions& options) {
   return WriteSource<G>({file.graph, file}, path, options);
+}
+
+template <typename G>
+Status FormatG2o(const GraphFile<G>& file, const WriteOptions& options, std::string* text) {
+  const Status writable = CheckWritable(file.graph);
+  if (writable.ok()) G2oFileWriter<G>({file.graph, file}, options, text, nullptr).Write();
+  return writable;
+}
+
+Status FormatG2o(const AnyGraphFile& file, const WriteOptions& options, std::string* text) {
+  return std::visit([&](const auto& f) { return FormatG2o(f, options, text); }, file);
 }
 
 template <typename G>
@@ -224,6 +250,8 @@ Status WriteG2o(const AnyGraphFile& file, const std::string& path, const WriteOp
 
 template Status WriteG2o(const GraphFile<SE2>&, const std::string&, const WriteOptions&);
 template Status WriteG2o(const GraphFile<SE3>&, const std::string&, const WriteOptions&);
+template Status FormatG2o(const GraphFile<SE2>&, const WriteOptions&, std::string*);
+template Status FormatG2o(const GraphFile<SE3>&, const WriteOptions&, std::string*);
 template Status WriteG2o(const PoseGraph<SE2>&, const std::string&, const WriteOptions&);
 template Status WriteG2o(const PoseGraph<SE3>&, const std::string&, const WriteOptions&);
 

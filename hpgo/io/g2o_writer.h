@@ -28,6 +28,11 @@ Status WriteG2o(const GraphFile<G>& file, const std::string& path,
 Status WriteG2o(const AnyGraphFile& file, const std::string& path,
                 const WriteOptions& options = WriteOptions());
 
+// The same text in memory, appended to `text`; unchanged on an error.
+template <typename G>
+Status FormatG2o(const GraphFile<G>& file, const WriteOptions& options, std::string* text);
+Status FormatG2o(const AnyGraphFile& file, const WriteOptions& options, std::string* text);
+
 // A graph alone: parameters, vertices, edges and priors.
 template <typename G>
 Status WriteG2o(const PoseGraph<G>& graph, const std::string& path,

@@ -23,7 +23,13 @@ struct PriorSyntax {
   std::int64_t parameter = 0;  // of the PARAMS_SE3OFFSET line it names; none in 2D
 };
 
-enum class RecordKind : std::uint8_t { kVertex, kEdge, kPrior, kFix, kOffset, kVerbatim };
+// A further name of a node, by TORO's EQUIV. What the file says of it is said of the node.
+struct MergedNode {
+  NodeId id = 0;
+  NodeId into = 0;  // the node of the graph
+};
+
+enum class RecordKind : std::uint8_t { kVertex, kEdge, kPrior, kFix, kOffset, kMerged, kVerbatim };
 
 // `count` lines of one kind in a row, with consecutive indices into the array that holds them.
 struct RecordRun {
@@ -40,6 +46,7 @@ struct GraphFile {
   std::vector<PriorSyntax> prior_syntax;    // of the first priors of `graph`
   std::vector<OffsetParameter<G>> offsets;  // in file order
   std::vector<std::vector<NodeId>> fix;     // the ids of each FIX line
+  std::vector<MergedNode> merged;           // of the vertex lines with such a name
   std::vector<std::string> verbatim;        // comments, landmarks, unknown tags
   // The order of the lines. May leave out nodes, edges and priors that were added since: the writer
   // puts such nodes first and the others last.

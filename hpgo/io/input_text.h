@@ -12,7 +12,8 @@ namespace hpgo {
 // Movable; views stay valid when it is moved.
 class InputText {
  public:
-  // `path` may be "-", the standard input. kUnreadable, with the path and the system's reason.
+  // `path` may be "-", the standard input. What gzip compressed is unpacked. kUnreadable, with the
+  // path and the system's reason; kMalformed where compressed data is damaged or ends early.
   static Result<InputText> Read(const std::string& path);
 
   // Without a byte order mark.

@@ -85,17 +85,18 @@ std::string_view FieldSpan(std::string_view line, int first, int count) {
   return end > begin ? std::string_view(begin, static_cast<std::size_t>(end - begin)) : line;
 }
 
-std::string Quoted(std::string_view text) {
+std::string Shortened(std::string_view text) {
   while (!text.empty() && IsSpace(text.back())) text.remove_suffix(1);
   const bool shortened = text.size() > kMaxQuoted;
-  std::string quoted = "'";
+  std::string result;
   for (char c : text.substr(0, kMaxQuoted)) {
     const bool control = static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-    quoted += control ? (c == '\t' ? ' ' : '?') : c;
+    result += control ? (c == '\t' ? ' ' : '?') : c;
   }
-  quoted += shortened ? "...'" : "'";
-  return quoted;
+  return shortened ? result + "..." : result;
 }
+
+std::string Quoted(std::string_view text) { return "'" + Shortened(text) + "'"; }
 
 void AppendNumber(double value, std::string* text) {
   char buffer[32];

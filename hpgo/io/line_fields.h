@@ -40,7 +40,8 @@ int CountFields(std::string_view line);
 // The text from field `first`, counted from zero, to the end of field `first + count - 1`.
 std::string_view FieldSpan(std::string_view line, int first, int count);
 
-// 'text', shortened and free of control characters, for a message.
+// The text shortened and free of control characters, for a message; Quoted: in quotes.
+std::string Shortened(std::string_view text);
 std::string Quoted(std::string_view text);
 
 // The shortest decimal that reads back as the same number, bit for bit.

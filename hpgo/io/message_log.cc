@@ -23,6 +23,8 @@ const char* Summary(WarningKind kind) {
       return "quaternions normalized";
     case WarningKind::kProjected:
       return "information matrices projected";
+    case WarningKind::kIdentity:
+      return "informations taken as the identity";
     case WarningKind::kNoOffset:
       return "priors without their parameter";
     case WarningKind::kCreated:

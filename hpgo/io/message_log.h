@@ -20,6 +20,7 @@ enum class WarningKind {
   kDuplicate,
   kQuaternion,
   kProjected,
+  kIdentity,
   kNoOffset,
   kCreated,
   kCount,

@@ -23,6 +23,17 @@ std::string DirectoryOf(const std::string& path) {
   return slash == std::string::npos ? "./" : path.substr(0, slash + 1);
 }
 
+// The links to a process' open files.
+constexpr char kDescriptors[] = "/proc/self/fd/";
+std::string DescriptorPath(int fd) { return kDescriptors + std::to_string(fd); }
+
+// A name beside `target` that no other thread or process takes.
+std::string TemporaryName(const std::string& target) {
+  static std::atomic<int> counter{0};
+  return DirectoryOf(target) + ".hpgo-" + std::to_string(getpid()) + "-" +
+         std::to_string(counter++) + ".tmp";
+}
+
 // Where the links at `path` lead; `path` itself where nothing exists yet.
 std::string Resolve(const std::string& path) {
   const std::unique_ptr<char, void (*)(void*)> real(realpath(path.c_str(), nullptr), std::free);
@@ -34,11 +45,13 @@ std::string Resolve(const std::string& path) {
 OutputFile::OutputFile(const std::string& path) : path_(path) {
   if (path == "-") {
     fd_ = STDOUT_FILENO;
+    direct_ = true;
     return;
   }
   struct stat info;
   const bool exists = stat(path.c_str(), &info) == 0;
   if (exists && !S_ISREG(info.st_mode)) {
+    direct_ = true;
     fd_ = open(path.c_str(), O_WRONLY | O_CLOEXEC);
     if (fd_ < 0) Fail("cannot be written");
     return;
@@ -52,15 +65,46 @@ OutputFile::OutputFile(const std::string& path) : path_(path) {
 OutputFile::~OutputFile() { Discard(); }
 
 void OutputFile::OpenTemporary() {
-  static std::atomic<int> counter{0};
+  // It is through /proc that it gets its name later.
+  if (access(kDescriptors, X_OK) == 0) {
+    fd_ = open(DirectoryOf(target_).c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, kNewFileMode);
+  }
+  if (fd_ < 0) OpenNamedTemporary();
+  if (fd_ < 0) Fail("cannot be created");
+}
+
+void OutputFile::OpenNamedTemporary() {
   do {
-    temporary_ = DirectoryOf(target_) + ".hpgo-" + std::to_string(getpid()) + "-" +
-                 std::to_string(counter++) + ".tmp";
+    temporary_ = TemporaryName(target_);
     fd_ = open(temporary_.c_str(), kOpenFlags | O_EXCL, kNewFileMode);
   } while (fd_ < 0 && errno == EEXIST);
-  if (fd_ >= 0) return;
-  temporary_.clear();
-  Fail("cannot be created");
+  if (fd_ < 0) temporary_.clear();
+}
+
+// A link never replaces a file, a rename does.
+void OutputFile::GiveName() {
+  const std::string source = DescriptorPath(fd_);
+  const auto link_to = [&source](const std::string& name) {
+    return linkat(AT_FDCWD, source.c_str(), AT_FDCWD, name.c_str(), AT_SYMLINK_FOLLOW) == 0;
+  };
+  if (temporary_.empty()) {
+    if (link_to(target_)) return;
+    bool linked = false;
+    while (!linked && errno == EEXIST) {
+      temporary_ = TemporaryName(target_);
+      linked = link_to(temporary_);
+    }
+    if (!linked) {
+      temporary_.clear();
+      Fail("cannot be created");
+      return;
+    }
+  }
+  if (std::rename(temporary_.c_str(), target_.c_str()) == 0) {
+    temporary_.clear();
+  } else {
+    Fail("cannot be replaced");
+  }
 }
 
 void OutputFile::Fail(const char* what) {
@@ -100,15 +144,12 @@ void OutputFile::Append(std::string_view text) {
 
 Status OutputFile::Commit() {
   Flush();
-  if (status_.ok() && !temporary_.empty()) {
+  if (status_.ok() && !direct_) {
     if (fsync(fd_) != 0) Fail("cannot be written");
+    if (status_.ok()) GiveName();
     if (close(fd_) != 0) Fail("cannot be written");
     fd_ = -1;
-    if (status_.ok() && std::rename(temporary_.c_str(), target_.c_str()) != 0) {
-      Fail("cannot be replaced");
-    }
     if (status_.ok()) {
-      temporary_.clear();
       // The name, too, must survive a power failure, where the file system can promise that.
       const int directory = open(DirectoryOf(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
       if (directory >= 0) {
@@ -119,6 +160,14 @@ Status OutputFile::Commit() {
   }
   Discard();
   return status_;
+}
+
+Status CheckOutputPath(const std::string& path) {
+  struct stat info;
+  const bool exists = path != "-" && stat(path.c_str(), &info) == 0;
+  // A pipe must not be opened before there is something to write.
+  if (exists && (S_ISFIFO(info.st_mode) || S_ISSOCK(info.st_mode))) return Status::Ok();
+  return OutputFile(path).status();
 }
 
 Status WriteTextFile(const std::string& path, std::string_view text) {

@@ -24,6 +24,8 @@ struct ReadOptions {
   // Replaces an information matrix that is not positive semi-definite by the nearest one with
   // eigenvalues of at least 1e-9 times the largest.
   bool project_information = false;
+  // A line whose information is missing altogether is read as if the identity stood there.
+  bool identity_information = false;
   // Composes, from the edges, the poses of nodes that no vertex line gives. A file without any
   // vertex needs no such leave.
   bool create_missing = false;
@@ -46,7 +48,9 @@ struct ReadReport {
   std::int64_t normalized_quaternions = 0;  // off unit length by more than 1e-3
   std::int64_t semidefinite_informations = 0;
   std::int64_t projected_informations = 0;
-  std::int64_t created_nodes = 0;  // composed from edges, under create_missing
+  std::int64_t identity_informations = 0;  // missing, under identity_information
+  std::int64_t merged_nodes = 0;           // further names of a node, by EQUIV
+  std::int64_t created_nodes = 0;          // composed from edges, under create_missing
   std::int64_t priors_without_offset = 0;
   bool edges_only = false;            // no vertex line: no node has a pose
   std::vector<std::string> warnings;  // at most a few of each kind, with a count of the others

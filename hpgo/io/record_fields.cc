@@ -68,7 +68,13 @@ void ToInformation(const double* numbers, const RecordTag& tag, Edge2Order order
   information->setZero();
   if (tag.information == 3) {
     FillBlock(numbers, 2, information);
-  } else if (tag.toro_order && order == Edge2Order::kToro) {
+  } else if (tag.form == InformationForm::kRoot) {
+    SE2::Matrix R = SE2::Matrix::Zero();
+    for (int r = 0; r < 3; ++r) {
+      for (int c = r; c < 3; ++c) R(r, c) = *numbers++;
+    }
+    *information = R.transpose() * R;
+  } else if (tag.form == InformationForm::kToro && order == Edge2Order::kToro) {
     const double row_major[6] = {numbers[0], numbers[1], numbers[4],
                                  numbers[2], numbers[5], numbers[3]};
     FillBlock(row_major, 3, information);

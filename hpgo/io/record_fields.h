@@ -23,8 +23,8 @@ QuaternionState ToPose(const double* numbers, int count, ceres_costs::SE2* pose,
 QuaternionState ToPose(const double* numbers, int count, ceres_costs::SE3* pose, double* norm);
 
 // The information matrix of the g2o error from the numbers of a line with this tag; zero where they
-// say nothing. Those of EDGE3 weigh Euler angles, for small errors twice the vector part of the
-// quaternion, which is the g2o error.
+// say nothing. `order` is that of InformationForm::kToro. Those of EDGE3 weigh Euler angles, for
+// small errors twice the vector part of the quaternion, which is the g2o error.
 void ToInformation(const double* numbers, const RecordTag& tag, Edge2Order order,
                    ceres_costs::SE2::Matrix* information);
 void ToInformation(const double* numbers, const RecordTag& tag, Edge2Order order,

@@ -1,5 +1,6 @@
 #include "hpgo/io/record_reader.h"
 
+#include <cmath>
 #include <cstring>
 
 #include "ceres_costs/whitening.h"
@@ -14,6 +15,7 @@ void RecordReader<G>::Begin(std::int64_t number, std::string_view text, const Re
   text_ = text;
   tag_ = tag;
   ids_read_ = 0;
+  identity_ = false;
 }
 
 template <typename G>
@@ -35,11 +37,21 @@ bool RecordReader<G>::ReadNumbers(LineFields* fields) {
   for (int k = 0; ok && k < numbers; ++k) ok = fields->Read(&numbers_[k]);
   if (ok && fields->AtEnd()) return true;
   const std::string name(tag_->name);
+  const int fields_there = CountFields(text_) - 1;
+  const bool no_information =
+      tag_->information > 0 && fields_there == tag_->ids + tag_->pose && ids_read_ == tag_->ids;
+  if (!ok && fields->failed_field().empty() && no_information && options_.identity_information) {
+    TakeIdentity();
+    return true;
+  }
   if (!ok && !fields->failed_field().empty()) {
     Fail(name + ": " + fields->what_failed(), fields->failed_field());
   } else {
     Fail(name + " needs " + std::to_string(tag_->fields()) + " numbers, has " +
-             std::to_string(CountFields(text_) - 1),
+             std::to_string(fields_there) +
+             (no_information
+                  ? ", the information is missing (--identity_information takes the identity)"
+                  : ""),
          text_);
   }
   return false;
@@ -66,9 +78,28 @@ bool RecordReader<G>::TakePose(G* pose) {
 }
 
 template <typename G>
+void RecordReader<G>::TakeIdentity() {
+  identity_ = true;
+  double* number = numbers_.data() + tag_->pose;
+  for (int row = 0, left = tag_->information; left > 0; ++row) {
+    // As many numbers are left as the rows from here on have.
+    const int length = (static_cast<int>(std::lround(std::sqrt(8.0 * left + 1))) - 1) / 2;
+    *number++ = 1;
+    for (int k = 1; k < length; ++k) *number++ = 0;
+    left -= length;
+  }
+  ++counts_->identity_informations;
+  log_->Warn(WarningKind::kIdentity, number_, "no information, the identity is taken", text_);
+}
+
+template <typename G>
 bool RecordReader<G>::TakeInformation(typename G::Matrix* information) {
   const double* numbers = numbers_.data() + tag_->pose;
   const std::size_t bytes = static_cast<std::size_t>(tag_->information) * sizeof(double);
+  if (identity_) {
+    ToInformation(numbers, *tag_, Edge2Order::kRowMajor, information);
+    return true;
+  }
   if (last_tag_ == tag_ && std::memcmp(numbers, last_numbers_.data(), bytes) == 0) {
     *information = last_information_;
     return true;
@@ -106,8 +137,7 @@ bool RecordReader<G>::CheckBlock(typename G::Matrix* information) {
   }
   const std::string what = InformationProblem<N>(block);
   if (!options_.project_information) {
-    const bool toro = tag_->toro_order && options_.edge2_order == Edge2Order::kToro;
-    Fail(what + (toro ? " (in TORO's order xx xy yy tt xt yt)" : ""), text);
+    Fail(what + IndefiniteHint(), text);
     return false;
   }
   const Eigen::Matrix<double, N, N> projected = ceres_costs::ProjectInformation<N>(block);
@@ -119,6 +149,29 @@ bool RecordReader<G>::CheckBlock(typename G::Matrix* information) {
   ++counts_->projected_informations;
   log_->Warn(WarningKind::kProjected, number_, what + ", projected", text);
   return true;
+}
+
+template <typename G>
+bool RecordReader<G>::IsValidInOrder(Edge2Order order) const {
+  typename G::Matrix information;
+  ToInformation(numbers_.data() + tag_->pose, *tag_, order, &information);
+  const ceres_costs::InformationKind kind = ceres_costs::ClassifyInformation<G::kDof>(information);
+  return kind == ceres_costs::InformationKind::kPositiveDefinite ||
+         kind == ceres_costs::InformationKind::kSemiDefinite;
+}
+
+template <typename G>
+std::string RecordReader<G>::IndefiniteHint() const {
+  const std::string project = "--project_information takes the nearest that is";
+  if (tag_->form != InformationForm::kToro) return " (" + project + ")";
+  const bool toro = options_.edge2_order == Edge2Order::kToro;
+  const bool other = IsValidInOrder(toro ? Edge2Order::kRowMajor : Edge2Order::kToro);
+  if (toro) {
+    return " (in TORO's order xx xy yy tt xt yt; " +
+           (other ? "--row_major_edge2 reads it row by row" : project) + ")";
+  }
+  return " (row by row, as --row_major_edge2 says; " +
+         (other ? "in TORO's order it would be" : project) + ")";
 }
 
 template class RecordReader<SE2>;

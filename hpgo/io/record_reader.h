@@ -24,7 +24,8 @@ class RecordReader {
 
   // Starts with another line; `text` must live until the next one.
   void Begin(std::int64_t number, std::string_view text, const RecordTag* tag);
-  // Reads all that follows the tag. As every bool below: false if it failed, which was logged.
+  // Reads all that follows the tag. Under ReadOptions::identity_information, the information may be
+  // missing. As every bool below: false if it failed, which was logged.
   bool ReadNumbers(LineFields* fields);
   bool TakePose(G* pose);
   bool TakeInformation(typename G::Matrix* information);
@@ -45,6 +46,11 @@ class RecordReader {
 
   template <int N>
   bool CheckBlock(typename G::Matrix* information);
+  // Whether the numbers of this line make a valid matrix if EDGE2 has them in that order.
+  bool IsValidInOrder(Edge2Order order) const;
+  // Which flag would read a line whose information is not positive semi-definite.
+  std::string IndefiniteHint() const;
+  void TakeIdentity();
 
   const ReadOptions options_;
   MessageLog* const log_;
@@ -54,6 +60,7 @@ class RecordReader {
   std::string_view text_;
   const RecordTag* tag_ = nullptr;
   int ids_read_ = 0;
+  bool identity_ = false;  // the information of this line is missing, the identity stands for it
   std::array<std::int64_t, 2> ids_{};
   std::array<double, G::kParams + kInformationNumbers> numbers_{};
 

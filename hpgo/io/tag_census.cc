@@ -13,7 +13,7 @@ const RecordTag& TagCensus::Count(std::string_view name, std::int64_t line) {
   if (last_ == lines_.end() || last_->first != name) {
     last_ = lines_.find(name);
     if (last_ == lines_.end()) {
-      last_ = lines_.emplace(std::string(name), Lines{&FindRecordTag(name), line, 0}).first;
+      last_ = lines_.emplace(std::string(name), Lines{&FindRecordTag(name), line, 0, 0}).first;
     }
   }
   ++last_->second.count;
@@ -32,11 +32,19 @@ void TagCensus::Report(bool strict, MessageLog* log, ReadReport* report) const {
       log->Warn(WarningKind::kNotOptimized, lines.first,
                 "landmarks are not optimized, " + count + " kept as they are", name);
     } else if (type == RecordType::kEquivalence) {
-      log->Warn(WarningKind::kNotOptimized, lines.first,
-                "the two nodes are not merged, " + count + " kept as they are", name);
-    } else if (type == RecordType::kEdge && lines.tag->pose == 6) {
+      log->Warn(WarningKind::kConverted, lines.first, "the nodes it names are one node, " + count,
+                name);
+    } else if (lines.edges > 0 && lines.tag->form == InformationForm::kRoot) {
       log->Warn(WarningKind::kConverted, lines.first,
-                "information of Euler angles turned into that of the quaternion in " + count, name);
+                "its numbers are taken as the square root of the information, as iSAM writes them, "
+                "in " +
+                    LineCount(lines.edges),
+                name);
+    } else if (lines.edges > 0 && lines.tag->pose == 6) {
+      log->Warn(WarningKind::kConverted, lines.first,
+                "information of Euler angles turned into that of the quaternion in " +
+                    LineCount(lines.edges),
+                name);
     }
   }
 }

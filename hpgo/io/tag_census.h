@@ -18,6 +18,9 @@ class TagCensus {
   // Whether the last line counted was the first with its tag.
   bool was_first() const { return last_->second.count == 1; }
 
+  // The last line counted became an edge.
+  void TookEdge() { ++last_->second.edges; }
+
   // Fills ReadReport::tags, and warns once for each tag whose lines were not taken as they stand.
   // Under `strict`, what is not optimized was an error at its first line.
   void Report(bool strict, MessageLog* log, ReadReport* report) const;
@@ -27,6 +30,7 @@ class TagCensus {
     const RecordTag* tag;
     std::int64_t first;
     std::int64_t count;
+    std::int64_t edges;
   };
   using Map = std::map<std::string, Lines, std::less<>>;
 

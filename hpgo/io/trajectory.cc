@@ -60,6 +60,15 @@ void AppendTum(const Trajectory& trajectory, std::size_t k, std::string* text) {
   *text += '\n';
 }
 
+void AppendPose(const Trajectory& trajectory, std::size_t k, TrajectoryFormat format,
+                std::string* text) {
+  if (format == TrajectoryFormat::kKitti) {
+    AppendKitti(trajectory.poses[k], text);
+  } else {
+    AppendTum(trajectory, k, text);
+  }
+}
+
 }  // namespace
 
 SE3 ToSpace(const SE2& pose) {
@@ -92,14 +101,17 @@ Status WriteTrajectory(const Trajectory& trajectory, TrajectoryFormat format,
   if (!writable.ok()) return writable;
   OutputFile out(path);
   for (std::size_t k = 0; k < trajectory.poses.size(); ++k) {
-    if (format == TrajectoryFormat::kKitti) {
-      AppendKitti(trajectory.poses[k], out.buffer());
-    } else {
-      AppendTum(trajectory, k, out.buffer());
-    }
+    AppendPose(trajectory, k, format, out.buffer());
     out.FlushIfLarge();
   }
   return out.Commit();
+}
+
+Status FormatTrajectory(const Trajectory& trajectory, TrajectoryFormat format, std::string* text) {
+  const Status writable = CheckWritable(trajectory, format);
+  if (!writable.ok()) return writable;
+  for (std::size_t k = 0; k < trajectory.poses.size(); ++k) AppendPose(trajectory, k, format, text);
+  return writable;
 }
 
 template Trajectory ToTrajectory(const PoseGraph<SE2>&);

@@ -54,4 +54,7 @@ inline const SE3& ToSpace(const SE3& pose) { return pose; }
 Status WriteTrajectory(const Trajectory& trajectory, TrajectoryFormat format,
                        const std::string& path);
 
+// The same text in memory, appended to `text`; unchanged on an error.
+Status FormatTrajectory(const Trajectory& trajectory, TrajectoryFormat format, std::string* text);
+
 }  // namespace hpgo

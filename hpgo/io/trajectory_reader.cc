@@ -9,6 +9,7 @@
 #include "hpgo/io/message_log.h"
 #include "hpgo/io/record_fields.h"
 #include "hpgo/io/record_tags.h"
+#include "hpgo/io/text_format.h"
 #include "hpgo/io/trajectory.h"
 
 namespace hpgo {
@@ -106,6 +107,12 @@ class PoseListParser {
   Trajectory trajectory_;
 };
 
+// What a text is that is no trajectory.
+std::string DescribeOther(std::string_view text) {
+  const std::string what = DescribeText(text);
+  return what.empty() ? "neither g2o nor KITTI nor TUM" : what;
+}
+
 }  // namespace
 
 TrajectoryFormat DetectFormat(std::string_view text) {
@@ -133,9 +140,11 @@ Result<Trajectory> ParseTrajectory(std::string_view text, const std::string& nam
   ReadReport unused;
   if (report == nullptr) report = &unused;
   text = WithoutByteOrderMark(text);
+  const std::string binary = DescribeBinary(text);
+  if (!binary.empty()) return Status(StatusCode::kMalformed, name + ": " + binary);
   if (format == TrajectoryFormat::kAuto) format = DetectFormat(text);
   if (format == TrajectoryFormat::kAuto) {
-    return Status(StatusCode::kMalformed, name + ": neither g2o nor KITTI nor TUM");
+    return Status(StatusCode::kMalformed, name + ": " + DescribeOther(text));
   }
   if (format != TrajectoryFormat::kG2o) {
     const bool kitti = format == TrajectoryFormat::kKitti;

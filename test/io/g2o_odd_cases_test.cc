@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "gmock/gmock.h"
+#include "hpgo/io/g2o_writer.h"
 #include "test/io/graph_text.h"
 
 namespace hpgo {
@@ -37,6 +38,16 @@ TEST(OddCases, CarriageReturnsAreSkipped) {
       "VERTEX_SE2 0 0 0 0\r\n\r\nVERTEX_SE2 1 1 0 0.5\r\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0 2\r\n");
   EXPECT_EQ(file.graph.nodes()[1].pose.angle(), 0.5);
   EXPECT_EQ(file.graph.edges()[0].information(2, 2), 2);
+}
+
+TEST(OddCases, CarriageReturnsOfKeptLinesStay) {
+  const std::string text = "VERTEX_SE2 0 0 0 0\n# note\r\r\n# one\r\nTAG 1\r\r\r\n";
+  const GraphFile<SE2> file = FileOf<SE2>(text);
+  EXPECT_THAT(file.verbatim, ElementsAre("# note\r\r", "# one", "TAG 1\r\r\r"));
+  std::string written;
+  ASSERT_TRUE(FormatG2o(file, WriteOptions(), &written).ok());
+  EXPECT_EQ(written, "VERTEX_SE2 0 0 0 0\n# note\r\r\n# one\nTAG 1\r\r\r\n");
+  EXPECT_EQ(FileOf<SE2>(written).verbatim, file.verbatim);
 }
 
 TEST(OddCases, ByteOrderMarkIsStripped) {
@@ -214,7 +225,8 @@ TEST(OddCases, ShortMissingAndExtraFieldsAreErrors) {
   EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0 1 0 0\n")),
             "f:3: EDGE_SE2 needs 11 numbers, has 8: 'EDGE_SE2 0 1 1 0 0 1 0 0'");
   EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0\n")),
-            "f:3: EDGE_SE2 needs 11 numbers, has 5: 'EDGE_SE2 0 1 1 0 0'");
+            "f:3: EDGE_SE2 needs 11 numbers, has 5, the information is missing "
+            "(--identity_information takes the identity): 'EDGE_SE2 0 1 1 0 0'");
   EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1 7\n")),
             "f:3: EDGE_SE2 needs 11 numbers, has 12: 'EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1 7'");
   EXPECT_EQ(ErrorOf("VERTEX_SE3:QUAT 3\n"),
@@ -225,8 +237,8 @@ TEST(OddCases, ShortMissingAndExtraFieldsAreErrors) {
 TEST(OddCases, IndefiniteInformationIsAnErrorOrProjected) {
   const std::string text = Two("EDGE_SE2 0 1 1 0 0 1 0 0 -2 0 4\n");
   EXPECT_EQ(ErrorOf(text),
-            "f:3: information is not positive semi-definite, smallest eigenvalue -2: "
-            "'1 0 0 -2 0 4'");
+            "f:3: information is not positive semi-definite, smallest eigenvalue -2 "
+            "(--project_information takes the nearest that is): '1 0 0 -2 0 4'");
   ReadOptions options;
   options.project_information = true;
   ReadReport report;
@@ -254,16 +266,82 @@ TEST(OddCases, SemiDefiniteInformationIsAccepted) {
 
 TEST(OddCases, IndefiniteInformationOfPriorsIsAnError) {
   EXPECT_EQ(ErrorOf(Two("EDGE_PRIOR_SE2_XY 0 1 2 1 2 1\n")),
-            "f:3: information is not positive semi-definite, smallest eigenvalue -1: '1 2 1'");
+            "f:3: information is not positive semi-definite, smallest eigenvalue -1 "
+            "(--project_information takes the nearest that is): '1 2 1'");
   EXPECT_EQ(ErrorOf(Two3d("EDGE_SE3_XYZ_PRIOR 0 0 1 2 3 1 0 0 -1 0 1\n")),
-            "f:3: information is not positive semi-definite, smallest eigenvalue -1: "
-            "'1 0 0 -1 0 1'");
+            "f:3: information is not positive semi-definite, smallest eigenvalue -1 "
+            "(--project_information takes the nearest that is): '1 0 0 -1 0 1'");
 }
 
 TEST(OddCases, InformationThatOverflowsIsAnError) {
   const std::string text = "EDGE3 0 1 1 2 3 0 0 0 1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1e308\n";
   EXPECT_EQ(ErrorOf(text),
             "f:1: information is too large: '1 0 0 0 0 0 1 0 0 0 0 1 0 0 0 1 0 0 1 0 1e308'");
+}
+
+TEST(OddCases, TheErrorNamesTheOrderThatWouldDo) {
+  const std::string row_major = "EDGE2 0 1 1 0 0.1 2 0 0 2 0 7\n";
+  EXPECT_EQ(
+      ErrorOf(row_major),
+      "f:1: information is not positive semi-definite, smallest eigenvalue -6.07107 (in "
+      "TORO's order xx xy yy tt xt yt; --row_major_edge2 reads it row by row): '2 0 0 2 0 7'");
+  ReadOptions options;
+  options.edge2_order = Edge2Order::kRowMajor;
+  EXPECT_EQ(FileOf<SE2>(row_major, options).graph.edges()[0].information(2, 2), 7);
+  EXPECT_EQ(ErrorOf("EDGE2 0 1 1 0 0.1 2 0 2 7 0 0\n", options),
+            "f:1: information is not positive semi-definite, smallest eigenvalue -1.23607 (row by "
+            "row, as --row_major_edge2 says; in TORO's order it would be): '2 0 2 7 0 0'");
+  EXPECT_EQ(ErrorOf("EDGE2 0 1 1 0 0.1 -2 0 2 7 0 0\n"),
+            "f:1: information is not positive semi-definite, smallest eigenvalue -2 (in TORO's "
+            "order xx xy yy tt xt yt; --project_information takes the nearest that is): "
+            "'-2 0 2 7 0 0'");
+}
+
+TEST(OddCases, MissingInformationIsAnErrorOrTheIdentity) {
+  const std::string text =
+      "VERTEX3 0 0 0 0 0 0 0\nVERTEX3 1 1 0 0 0 0 0\nEDGE3 0 1 1 0 0 0 0 0.1\n";
+  ReadReport report;
+  const Result<AnyGraphFile> refused = ReadText(text, ReadOptions(), &report);
+  EXPECT_EQ(refused.status().message(),
+            "f:3: EDGE3 needs 29 numbers, has 8, the information is missing "
+            "(--identity_information takes the identity): 'EDGE3 0 1 1 0 0 0 0 0.1'");
+  EXPECT_THAT(report.warnings, IsEmpty());
+  ReadOptions options;
+  options.identity_information = true;
+  EXPECT_THAT(WarningsOf(text, options),
+              ElementsAre("f:3: no information, the identity is taken: 'EDGE3 0 1 1 0 0 0 0 0.1'",
+                          "f:3: information of Euler angles turned into that of the quaternion in "
+                          "1 line: 'EDGE3'"));
+  SE3::Matrix euler = SE3::Matrix::Identity();
+  euler.bottomRightCorner<3, 3>() *= 4;
+  EXPECT_EQ(FileOf<SE3>(text, options).graph.edges()[0].information, euler);
+  for (const char* line : {"EDGE2 0 1 1 0 0\n", "EDGE_SE2 0 1 1 0 0\n", "ODOMETRY 0 1 1 0 0\n"}) {
+    EXPECT_EQ(FileOf<SE2>(line, options).graph.edges()[0].information, SE2::Matrix::Identity());
+  }
+  // The identity is remembered for no other line: these numbers stand in TORO's order.
+  EXPECT_NE(ErrorOf("EDGE2 0 1 1 0 0\nEDGE2 1 2 1 0 0 1 0 0 1 0 1\n", options), "");
+  EXPECT_EQ(ErrorOf("EDGE2 0 1 1 0\n", options),
+            "f:1: EDGE2 needs 11 numbers, has 4: 'EDGE2 0 1 1 0'");
+}
+
+TEST(OddCases, FurtherTagsOfPublicFilesAreRead) {
+  const GraphFile<SE2> xyt =
+      FileOf<SE2>("VERTEX_XYT 0 0 0 0\nVERTEX_XYT 1 1 0 0.5\nEDGE_XYT 0 1 1 0 0 1 0 0 2 0 3\n");
+  EXPECT_EQ(xyt.graph.nodes()[1].pose.angle(), 0.5);
+  EXPECT_EQ(xyt.graph.edges()[0].information.diagonal(), Eigen::Vector3d(1, 2, 3));
+  const std::string isam = "ODOMETRY 0 1 1 0 0.1 2 1 0 3 0 5\nLANDMARK 0 2 1 1 1 0 1\n";
+  EXPECT_THAT(WarningsOf(isam),
+              ElementsAre("f:1: its numbers are taken as the square root of the information, as "
+                          "iSAM writes them, in 1 line: 'ODOMETRY'",
+                          "f:2: landmarks are not optimized, 1 line kept as they are: 'LANDMARK'"));
+  SE2::Matrix information;
+  information << 4, 2, 0, 2, 10, 0, 0, 0, 25;
+  EXPECT_EQ(FileOf<SE2>(isam).graph.edges()[0].information, information);
+}
+
+TEST(OddCases, LongTagsAreShortened) {
+  const std::string error = ErrorOf(Two(std::string(1000000, 'X') + " 1\n"), Strict());
+  EXPECT_EQ(error, "f:3: unknown tag: '" + std::string(70, 'X') + "...'");
 }
 
 TEST(OddCases, SelfEdgeIsAnError) {
@@ -291,9 +369,11 @@ TEST(OddCases, AParameterGivenTwiceMustBeIdentical) {
 }
 
 TEST(OddCases, FilesThatHoldNothingAreErrors) {
-  EXPECT_EQ(ErrorOf(""), "f: holds no vertex and no edge");
+  EXPECT_EQ(ErrorOf(""), "f: is empty");
   EXPECT_EQ(ErrorOf("\n# nothing\n"), "f: holds no vertex and no edge");
-  EXPECT_EQ(ErrorOf("hello world\n"), "f: holds no vertex and no edge");
+  EXPECT_EQ(
+      ErrorOf("hello world\n"),
+      "f: holds no vertex and no edge with a tag that is read; hpgo check --help lists those");
 }
 
 TEST(OddCases, UnreadableFilesSayWhy) {
@@ -306,9 +386,47 @@ TEST(OddCases, UnreadableFilesSayWhy) {
   EXPECT_EQ(folder.status().message(), "/: cannot be read: Is a directory");
 }
 
-TEST(OddCases, EquivalencesAreKeptAndReported) {
-  EXPECT_THAT(WarningsOf(Two(std::string(kEdge) + "EQUIV 0 1\n")),
-              ElementsAre("f:4: the two nodes are not merged, 1 line kept as they are: 'EQUIV'"));
+TEST(OddCases, EquivalentNodesAreMerged) {
+  const std::string text =
+      "VERTEX_SE2 4 9 9 9\nVERTEX_SE2 1 0 0 0\nVERTEX_SE2 2 1 0 0\nFIX 4\n"
+      "EDGE_SE2 1 2 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 4 -1 0 0 1 0 0 1 0 1\n"
+      "EDGE_PRIOR_SE2 4 0 0 0 1 0 0 1 0 1\nEQUIV 4 1\n";
+  EXPECT_THAT(WarningsOf(text),
+              ElementsAre("f:8: the nodes it names are one node, 1 line: 'EQUIV'"));
+  const GraphFile<SE2> file = FileOf<SE2>(text);
+  ASSERT_EQ(file.graph.nodes().size(), 2u);
+  EXPECT_EQ(file.graph.nodes()[0].id, 1);
+  EXPECT_EQ(file.graph.nodes()[0].pose.data()[0], 0);
+  EXPECT_TRUE(file.graph.nodes()[0].fixed);
+  ASSERT_EQ(file.graph.edges().size(), 2u);
+  EXPECT_EQ(file.graph.edges()[1].j, 0);
+  EXPECT_EQ(file.graph.priors()[0].node, 0);
+  std::string written;
+  ASSERT_TRUE(FormatG2o(file, WriteOptions(), &written).ok());
+  EXPECT_EQ(written,
+            "VERTEX_SE2 4 0 0 0\nVERTEX_SE2 1 0 0 0\nVERTEX_SE2 2 1 0 0\nFIX 4\n"
+            "EDGE_SE2 1 2 1 0 0 1 0 0 1 0 1\nEDGE_SE2 2 1 -1 0 0 1 0 0 1 0 1\n"
+            "EDGE_PRIOR_SE2 1 0 0 0 1 0 0 1 0 1\nEQUIV 4 1\n");
+}
+
+TEST(OddCases, EquivalencesChainAndGiveThePoseThatIsThere) {
+  const GraphFile<SE2> file = FileOf<SE2>(
+      "EQUIV 7 5\nEQUIV 9 7\nEQUIV 3 9\nVERTEX_SE2 9 1 2 3\nVERTEX_SE2 7 4 5 6\n"
+      "VERTEX_SE2 6 0 0 0\nEDGE_SE2 5 6 1 0 0 1 0 0 1 0 1\n");
+  ASSERT_EQ(file.graph.nodes().size(), 2u);
+  EXPECT_EQ(file.graph.nodes()[0].id, 3);
+  EXPECT_EQ(file.graph.nodes()[0].pose.data()[0], 1);
+  EXPECT_EQ(file.graph.edges()[0].i, 0);
+}
+
+TEST(OddCases, AnEdgeWithinMergedNodesIsKept) {
+  const std::string text = Two(std::string(kEdge) + "EQUIV 0 1\n");
+  EXPECT_THAT(WarningsOf(text),
+              ElementsAre("f:3: nodes 0 and 1 are one node by EQUIV, the edge is kept as it is: "
+                          "'EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1'",
+                          "f:4: the nodes it names are one node, 1 line: 'EQUIV'"));
+  EXPECT_EQ(FileOf<SE2>(text).graph.edges().size(), 0u);
+  EXPECT_EQ(FileOf<SE2>(text).verbatim.size(), 2u);
   EXPECT_EQ(ErrorOf(Two("EQUIV 0\n")), "f:3: EQUIV needs 2 numbers, has 1: 'EQUIV 0'");
 }
 
@@ -340,8 +458,8 @@ TEST(OddCases, AllProblemsAreListedInTheOrderOfTheirLines) {
   EXPECT_THAT(report.problems,
               ElementsAre("f:1: no vertex 9: 'EDGE_SE2 0 9 1 0 0 1 0 0 1 0 1'",
                           "f:2: VERTEX_SE2: not a finite number: 'nan'",
-                          "f:4: information is not positive semi-definite, smallest eigenvalue -1: "
-                          "'1 0 0 -1 0 1'",
+                          "f:4: information is not positive semi-definite, smallest eigenvalue -1 "
+                          "(--project_information takes the nearest that is): '1 0 0 -1 0 1'",
                           "f:5: EDGE_SE2 needs 11 numbers, has 10: 'EDGE_SE2 1 0 1 0 0 1 0 0 1 0'",
                           "f:6: edge from node 1 to itself: 'EDGE_SE2 1 1 0 0 0 1 0 0 1 0 1'",
                           "f:7: FIX of node 12, which is not there: 'FIX 12'"));

@@ -187,8 +187,8 @@ TEST(G2oWriter, GoldenFilesComeBackAsTheyAre) {
 
 TEST(G2oWriter, ToroFilesBecomeG2o) {
   EXPECT_EQ(Written(*ReadText(Golden("toro_2d.graph"))),
-            "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0.5\nVERTEX_SE2 2 2 0.5 1\n"
-            "EDGE_SE2 0 1 1 0 0.5 10 1 2 20 3 30\nEDGE_SE2 1 2 1 0.125 0.5 10 1 2 20 3 30\n"
+            "VERTEX_SE2 0 0 0 0\nVERTEX_SE2 1 1 0 0.5\nVERTEX_SE2 2 0 0 0\n"
+            "EDGE_SE2 0 1 1 0 0.5 10 1 2 20 3 30\nEDGE_SE2 1 0 1 0.125 0.5 10 1 2 20 3 30\n"
             "EQUIV 0 2\n");
 }
 

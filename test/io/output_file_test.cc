@@ -1,8 +1,11 @@
 #include "hpgo/io/output_file.h"
 
+#include <fcntl.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -29,6 +32,11 @@ class OutputFileTest : public ::testing::Test {
   std::size_t Files() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
+  }
+  bool HasUnnamedFiles() const {
+    const int fd = open(folder_.c_str(), O_TMPFILE | O_WRONLY, 0600);
+    if (fd >= 0) close(fd);
+    return fd >= 0;
   }
   static std::string Content(const std::string& path) {
     std::ostringstream text;
@@ -83,6 +91,50 @@ TEST_F(OutputFileTest, FollowsLinks) {
   ASSERT_TRUE(WriteTextFile(Path("link"), "new").ok());
   EXPECT_TRUE(fs::is_symlink(Path("link")));
   EXPECT_EQ(Content(Path("a")), "new");
+}
+
+// SIGKILL leaves no time to clean up.
+TEST_F(OutputFileTest, NothingIsLeftOfAKilledProcess) {
+  if (!HasUnnamedFiles()) GTEST_SKIP() << "no O_TMPFILE in " << folder_;
+  ASSERT_TRUE(WriteTextFile(Path("a"), "old").ok());
+  const pid_t child = fork();
+  if (child == 0) {
+    OutputFile out(Path("a"));
+    OutputFile other(Path("b"));
+    out.Append(std::string(3 << 20, 'x'));
+    raise(SIGKILL);
+  }
+  int state = 0;
+  ASSERT_EQ(waitpid(child, &state, 0), child);
+  EXPECT_TRUE(WIFSIGNALED(state));
+  EXPECT_EQ(Content(Path("a")), "old");
+  EXPECT_EQ(Files(), 1u);
+}
+
+TEST_F(OutputFileTest, NewFilesHaveTheModeOfTheMask) {
+  ASSERT_TRUE(WriteTextFile(Path("a"), "new").ok());
+  const mode_t mask = umask(0);
+  umask(mask);
+  struct stat info;
+  ASSERT_EQ(stat(Path("a").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0666 & ~mask);
+}
+
+TEST_F(OutputFileTest, PathsAreCheckedWithoutATrace) {
+  EXPECT_TRUE(CheckOutputPath(Path("a")).ok());
+  EXPECT_EQ(Files(), 0u);
+  ASSERT_TRUE(WriteTextFile(Path("a"), "old").ok());
+  EXPECT_TRUE(CheckOutputPath(Path("a")).ok());
+  EXPECT_EQ(Content(Path("a")), "old");
+  EXPECT_EQ(Files(), 1u);
+  EXPECT_TRUE(CheckOutputPath("-").ok());
+  EXPECT_EQ(CheckOutputPath(Path("no/a")).message(),
+            Path("no/a") + ": cannot be created: No such file or directory");
+  EXPECT_EQ(CheckOutputPath(folder_.string()).message(),
+            folder_.string() + ": cannot be written: Is a directory");
+  // Opening a pipe that nobody reads would wait for ever.
+  ASSERT_EQ(mkfifo(Path("pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(CheckOutputPath(Path("pipe")).ok());
 }
 
 TEST_F(OutputFileTest, MissingFolderIsAnError) {

@@ -40,7 +40,8 @@ TEST(Trajectory, DetectsTheFormatByContent) {
   EXPECT_EQ(DetectFormat("VERTEX_SE2 0 0 0 0\n"), TrajectoryFormat::kG2o);
   EXPECT_EQ(DetectFormat("1 2 3\n"), TrajectoryFormat::kAuto);
   EXPECT_EQ(DetectFormat(""), TrajectoryFormat::kAuto);
-  EXPECT_EQ(ReadText("1 2 3\n").status().message(), "f: neither g2o nor KITTI nor TUM");
+  EXPECT_EQ(ReadText("1 2 3\n").status().message(),
+            "f: looks like a table of 3 numbers a line, no graph and no trajectory");
 }
 
 TEST(Trajectory, ReadsKitti) {

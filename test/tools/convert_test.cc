@@ -96,7 +96,8 @@ TEST(ConvertCommandTest, FailuresLeaveNothing) {
   EXPECT_EQ(malformed.exit_code, hpgo_cli::kExitMalformed);
   EXPECT_EQ(malformed.out, "");
   EXPECT_EQ(malformed.err, "error: stdin:1: VERTEX_SE2: not a finite number: 'nan'\n");
-  EXPECT_EQ(Convert("1 2 3\n", {"--to=g2o"}).err, "error: stdin: neither g2o nor KITTI nor TUM\n");
+  EXPECT_EQ(Convert("1 2 3\n", {"--to=g2o"}).err,
+            "error: stdin: looks like a table of 3 numbers a line, no graph and no trajectory\n");
   const ProgramResult unwritable =
       RunProgram({"convert", directory.Write("in.g2o", kGraph), directory.File("no/out.g2o")});
   EXPECT_EQ(unwritable.exit_code, hpgo_cli::kExitUnreadable);

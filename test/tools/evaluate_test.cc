@@ -126,6 +126,31 @@ TEST_F(EvaluateCommandTest, RefusesWhatIsWrong) {
               StartsWith("error: " + directory_.File("bad.g2o") + ":1: "));
 }
 
+TEST_F(EvaluateCommandTest, FilesOfDifferentHoursAreMatchedByOrderOnlyIfAsked) {
+  const auto hour = [](int begin, int count) {
+    std::string text;
+    for (int k = 0; k < count; ++k) {
+      text += std::to_string(begin + k) + " " + std::to_string(k) + " 0 0 0 0 0 1\n";
+    }
+    return text;
+  };
+  const std::string early = directory_.Write("early.tum", hour(1000, 3));
+  const std::string late = directory_.Write("late.tum", hour(5000, 3));
+  const std::string shorter = directory_.Write("shorter.tum", hour(5000, 2));
+  const std::string error =
+      "error: no pose of " + early + " (by time, 1000 to 1002) belongs to one of ";
+  EXPECT_EQ(Error({early, "--reference=" + late}, kExitUsage),
+            error + late + " (by time, 5000 to 5002); --by_order matches them one by one\n");
+  EXPECT_EQ(Error({early, "--reference=" + shorter}, kExitUsage),
+            error + shorter + " (by time, 5000 to 5001)\n");
+  EXPECT_EQ(Error({early, "--by_order", "--reference=" + shorter}, kExitUsage),
+            error + shorter +
+                " (by time, 5000 to 5001); --by_order needs as many poses in both, not 3 and 2\n");
+  const json figures = Figures({early, "--by_order", "--reference=" + late});
+  EXPECT_EQ(figures.at("matched_by"), "order");
+  EXPECT_EQ(figures.at("matched_poses"), 3);
+}
+
 TEST_F(EvaluateCommandTest, KittiGraphAgainstItsCameraTruth) {
   const std::string folder = std::string(HPGO_SHARED_DATA_DIR) + "/kitti";
   if (!std::filesystem::exists(folder)) GTEST_SKIP() << "no KITTI data in " << folder;
