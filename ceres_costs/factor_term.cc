@@ -29,8 +29,9 @@ Eigen::Matrix<double, N, 1> PackedTimes(const PackedSymmetric<N>& omega,
   return r;
 }
 
-// Replaces a squared error, at least zero, by rho of it; returns the factor on A and b. The second derivative is
-// used only where it is positive, as in Ceres' corrector; then `curvature` multiplies b b'.
+// Replaces a squared error, at least zero, by rho of it; returns the factor on A and b. The second
+// derivative is used only where it is positive, as in Ceres' corrector; then `curvature` multiplies
+// b b'.
 double ApplyLoss(const ceres::LossFunction* loss, double* cost, double* curvature) {
   *curvature = 0;
   if (*cost < 0) *cost = 0;  // the rounding of a semi-definite form

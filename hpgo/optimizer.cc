@@ -123,11 +123,11 @@ bool Optimizer<G>::HasNode(NodeId id) const {
 }
 template <typename G>
 std::size_t Optimizer<G>::num_nodes() const {
-  return impl_->hierarchy().level(0).num_nodes;
+  return impl_->num_nodes();
 }
 template <typename G>
 std::size_t Optimizer<G>::num_edges() const {
-  return impl_->hierarchy().level(0).num_edges;
+  return impl_->num_edges();
 }
 template <typename G>
 void Optimizer<G>::ForEachPose(const std::function<void(NodeId, const G&)>& visit) const {
@@ -169,6 +169,10 @@ PoseGraph<G> Optimizer<G>::ToGraph() const {
 template <typename G>
 Status Optimizer<G>::AddGraph(const PoseGraph<G>& graph) {
   return impl_->AddGraph(graph);
+}
+template <typename G>
+std::string Optimizer<G>::FindInconsistency() const {
+  return impl_->FindInconsistency();
 }
 template <typename G>
 const Hierarchy<G>& Optimizer<G>::hierarchy() const {

@@ -129,7 +129,10 @@ class Optimizer {
   // along the edges. An error leaves the optimizer as it was.
   Status AddGraph(const PoseGraph<G>& graph);
 
+  // The hierarchy over the kept nodes (hpgo/chains): its level 0 is not the graph.
   const Hierarchy<G>& hierarchy() const;
+  // Checks every invariant of the inside, for tests: empty, or the first thing wrong. O(edges).
+  std::string FindInconsistency() const;
   // Of the nodes, edges and indices.
   std::size_t MemoryBytes() const;
 

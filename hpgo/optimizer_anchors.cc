@@ -16,28 +16,23 @@ constexpr std::int64_t kNothing = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
 
+// kNone where no group is known yet.
 template <typename G>
 Index Optimizer<G>::Impl::TopAncestor(Index node) const {
-  return hierarchy_.Ancestor(node, hierarchy_.num_levels() - 1);
-}
-
-// Whether an edge was there, or has a descendant that was, before the edges added since the last
-// update.
-template <typename G>
-bool Optimizer<G>::Impl::IsOld(int l, Index edge) const {
-  const LevelEdge& record = hierarchy_.level(l).edges[edge];
-  if (record.merged) return true;
-  if (l == 0) return false;
-  const Level<G>& below = hierarchy_.level(l - 1);
-  for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
-    if (IsOld(l - 1, c)) return true;
-  }
-  return false;
+  const Index kept = graph_.KeptNear(node);
+  if (kept == kNone) return kNone;
+  return hierarchy_.Ancestor(graph_.LevelNodeOf(kept), hierarchy_.num_levels() - 1);
 }
 
 template <typename G>
-typename Optimizer<G>::Impl::TopComponents Optimizer<G>::Impl::FindTopComponents(
-    bool old_edges_only) const {
+bool Optimizer<G>::Impl::HasPrior(Index node) const {
+  bool has_prior = false;
+  graph_.ForEachEdgeOf(node, [&](Index, Index other) { has_prior |= other == kNone; });
+  return has_prior;
+}
+
+template <typename G>
+typename Optimizer<G>::Impl::TopComponents Optimizer<G>::Impl::FindTopComponents() const {
   const int l = hierarchy_.num_levels() - 1;
   const Level<G>& top = hierarchy_.level(l);
   TopComponents components;
@@ -50,9 +45,8 @@ typename Optimizer<G>::Impl::TopComponents Optimizer<G>::Impl::FindTopComponents
     while (!queue.empty()) {
       const Index at = queue.back();
       queue.pop_back();
-      ForEachEdge(top, at, [&](Index e, Index other) {
+      ForEachEdge(top, at, [&](Index, Index other) {
         if (other == kNone || components.of_node[other] >= 0) return;
-        if (old_edges_only && !IsOld(l, e)) return;
         components.of_node[other] = components.count;
         queue.push_back(other);
       });
@@ -62,56 +56,44 @@ typename Optimizer<G>::Impl::TopComponents Optimizer<G>::Impl::FindTopComponents
   return components;
 }
 
-// A new node that no edge ties to an older one begins a component.
-template <typename G>
-void Optimizer<G>::Impl::FindNewComponents() {
-  const std::uint32_t stamp = hierarchy_.NewStamp();
-  Level<G>& level = hierarchy_.mutable_level(0);
-  for (const Index n : new_nodes_) level.nodes[n].stamp = stamp;
-  for (const Index n : new_nodes_) {
-    bool tied = false;
-    ForEachEdge(level, n, [&](Index, Index other) {
-      tied |= other == kNone || level.nodes[other].stamp != stamp;
-    });
-    check_anchors_ |= !tied;
-    level.nodes[n].stamp = 0;  // older than the new nodes after it
-  }
-}
-
 // Where a new edge joins two components, one of which nothing but its first node holds, that one
 // moves as a whole to fit the edge: from far off, no local solve would bring it there. Comes before
-// the grouping, which may put nodes of both into one group.
+// the new edges are put in place, so that the top level still shows the components as they were.
 template <typename G>
 void Optimizer<G>::Impl::AlignJoinedComponents() {
   if (anchors_.size() + !fixed_.empty() + (num_priors_ > 0) < 2) return;
   const int l = hierarchy_.num_levels() - 1;
   const Level<G>& top = hierarchy_.level(l);
-  TopComponents components = FindTopComponents(/*old_edges_only=*/true);
-  std::map<Index, int> lone;  // new nodes, of no group yet: each a component
-  for (const Index node : new_nodes_) {
-    if (TopAncestor(node) == kNone) lone[node] = components.count++;
-  }
-  const auto component_of = [&](Index node) {
-    const Index group = TopAncestor(node);
-    return group == kNone ? lone.at(node) : components.of_node[group];
-  };
-  const std::vector<std::int64_t> holder = FindHolders(components, component_of);
+  const TopComponents components = FindTopComponents();
+  std::vector<std::int64_t> holder = FindHolders(components);
   std::vector<int> merged(components.count);  // component -> what it has been joined to
   std::iota(merged.begin(), merged.end(), 0);
+  std::map<Index, int> lone;  // nodes of no group yet: each a component
+  const auto component_of = [&](Index node) {
+    const Index group = TopAncestor(node);
+    if (group != kNone) return components.of_node[group];
+    const auto [it, is_new] = lone.emplace(node, static_cast<int>(merged.size()));
+    if (is_new) {
+      merged.push_back(it->second);
+      holder.push_back(fixed_.count(node) > 0 || HasPrior(node) ? kCaller : kNothing);
+    }
+    return it->second;
+  };
   for (const EdgeId id : new_edges_) {
     const Result<Index> edge = FindEdge(id);
-    if (!edge.ok()) continue;
-    const LevelEdge& record = hierarchy_.level(0).edges[*edge];
-    if (record.node[0] == kNone) continue;
+    if (!edge.ok() || graph_.End(*edge, 0) == kNone) continue;
+    const Index ends[2] = {graph_.End(*edge, 0), graph_.End(*edge, 1)};
     int side[2];
-    for (int s = 0; s < 2; ++s) side[s] = merged[component_of(record.node[s])];
+    for (int s = 0; s < 2; ++s) {
+      const int component = component_of(ends[s]);
+      side[s] = merged[component];
+    }
     if (side[0] == side[1]) continue;
     const int weak = holder[side[0]] > holder[side[1]] ? 0 : 1;
     const int moving = side[weak], staying = side[1 - weak];
     if (holder[moving] != kCaller && holder[moving] != kNothing) {
-      const G X_i = hierarchy_.WorldPose(0, record.node[0]);
-      const G X_j = hierarchy_.WorldPose(0, record.node[1]);
-      const G& Z = hierarchy_.level(0).terms[*edge].measurement;
+      const G X_i = graph_.WorldPose(ends[0]), X_j = graph_.WorldPose(ends[1]);
+      const G& Z = graph_.FactorOf(*edge).term->measurement;
       const G correction = weak == 1 ? X_i * Z * X_j.Inverse() : X_j * Z.Inverse() * X_i.Inverse();
       for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
         if (!top.nodes[n].alive || components.of_node[n] < 0) continue;
@@ -120,7 +102,7 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
       }
       for (const auto& [node, component] : lone) {
         if (merged[component] != moving) continue;
-        hierarchy_.SetWorldPose(0, node, correction * hierarchy_.WorldPose(0, node));
+        graph_.SetWorldPose(node, correction * graph_.WorldPose(node));
       }
     }
     std::replace(merged.begin(), merged.end(), moving, staying);
@@ -129,25 +111,22 @@ void Optimizer<G>::Impl::AlignJoinedComponents() {
 
 // By component, what holds it: the caller (a fixed node, a prior), the age of an anchor, nothing.
 template <typename G>
-std::vector<std::int64_t> Optimizer<G>::Impl::FindHolders(
-    const TopComponents& components, const std::function<int(Index)>& component_of) const {
+std::vector<std::int64_t> Optimizer<G>::Impl::FindHolders(const TopComponents& components) const {
   std::vector<std::int64_t> holder(components.count, kNothing);
-  for (const auto& [node, age] : anchors_) {
-    std::int64_t& h = holder[component_of(node)];
+  const auto hold = [&](Index node, std::int64_t age) {
+    const Index group = TopAncestor(node);
+    if (group == kNone) return;
+    std::int64_t& h = holder[components.of_node[group]];
     h = std::min(h, age);
-  }
-  for (const Index node : fixed_) holder[component_of(node)] = kCaller;
+  };
+  for (const auto& [node, age] : anchors_) hold(node, age);
+  for (const Index node : fixed_) hold(node, kCaller);
   if (num_priors_ == 0) return holder;
   const Level<G>& top = hierarchy_.level(hierarchy_.num_levels() - 1);
   for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
     if (!top.nodes[n].alive) continue;
     ForEachEdge(top, n, [&](Index, Index other) {
       if (other == kNone) holder[components.of_node[n]] = kCaller;
-    });
-  }
-  for (const Index node : new_nodes_) {
-    ForEachEdge(hierarchy_.level(0), node, [&](Index, Index other) {
-      if (other == kNone) holder[component_of(node)] = kCaller;
     });
   }
   return holder;
@@ -158,9 +137,11 @@ std::vector<std::int64_t> Optimizer<G>::Impl::FindHolders(
 template <typename G>
 void Optimizer<G>::Impl::HoldComponents() {
   const int l = hierarchy_.num_levels() - 1;
-  for (const auto& [node, age] : anchors_) hierarchy_.SetFixed(node, false);
+  for (const auto& [node, age] : anchors_) {
+    hierarchy_.SetFixed(graph_.LevelNodeOf(node), false);
+  }
   const Level<G>& top = hierarchy_.level(l);
-  const TopComponents components = FindTopComponents(/*old_edges_only=*/false);
+  const TopComponents components = FindTopComponents();
   std::vector<bool> held(components.count, false);
   std::vector<Index> first(components.count, kNone);
   for (Index n = 0; n < static_cast<Index>(top.nodes.size()); ++n) {
@@ -177,17 +158,25 @@ void Optimizer<G>::Impl::HoldComponents() {
   std::sort(by_age.begin(), by_age.end());
   anchors_.clear();
   const auto hold = [&](Index node, std::int64_t age) {
-    hierarchy_.SetFixed(node, true);
+    graph_.SetHeld(node, true);
+    hierarchy_.SetFixed(graph_.LevelNodeOf(node), true);
     anchors_[node] = age;
   };
   for (const auto& [age, node] : by_age) {
     const int c = components.of_node[TopAncestor(node)];
     if (held[c]) {
-      Disturb(0, node);
+      graph_.SetHeld(node, false);
+      Disturb(node);
     } else {
       held[c] = true;
       hold(node, age);
     }
+  }
+  for (const Index node : graph_.roots()) {
+    const int c = components.of_node[TopAncestor(node)];
+    if (held[c]) continue;
+    held[c] = true;
+    hold(node, next_anchor_++);
   }
   for (int c = 0; c < components.count; ++c) {
     if (held[c]) continue;
@@ -199,7 +188,7 @@ void Optimizer<G>::Impl::HoldComponents() {
         node = next;
       }
     }
-    hold(node, next_anchor_++);
+    hold(graph_.NodeOfLevel(node), next_anchor_++);
   }
 }
 

@@ -20,16 +20,14 @@ ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> ter
 
 template <typename G>
 EdgeId Optimizer<G>::Impl::IdOf(Index edge) const {
-  const std::int64_t generation = hierarchy_.level(0).edges[edge].generation;
-  return {generation << 32 | edge};
+  return {static_cast<std::int64_t>(graph_.Generation(edge)) << 32 | edge};
 }
 
 template <typename G>
 Result<Index> Optimizer<G>::Impl::FindEdge(EdgeId id) const {
   const std::int64_t index = id.value & 0xffffffff;
-  const auto& edges = hierarchy_.level(0).edges;
-  if (id.value < 0 || index >= static_cast<std::int64_t>(edges.size()) || !edges[index].alive ||
-      edges[index].generation != id.value >> 32) {
+  if (id.value < 0 || index >= graph_.end_of_edges() || !graph_.IsEdge(static_cast<Index>(index)) ||
+      graph_.Generation(static_cast<Index>(index)) != id.value >> 32) {
     return Status(StatusCode::kNotFound, "no edge with the id " + std::to_string(id.value));
   }
   return static_cast<Index>(index);
@@ -46,9 +44,16 @@ Result<Index> Optimizer<G>::Impl::FindNode(NodeId id) const {
 
 template <typename G>
 std::string Optimizer<G>::Impl::NameOf(Index edge) const {
-  const LevelEdge& record = hierarchy_.level(0).edges[edge];
-  if (record.node[0] == kNone) return PriorName(ids_[record.node[1]]);
-  return EdgeName(ids_[record.node[0]], ids_[record.node[1]]);
+  const Index i = graph_.End(edge, 0), j = graph_.End(edge, 1);
+  return i == kNone ? PriorName(ids_[j]) : EdgeName(ids_[i], ids_[j]);
+}
+
+template <typename G>
+std::string Optimizer<G>::Impl::NameOfLevelEdge(Index level_edge) const {
+  const Index edge = graph_.EdgeOfLevel(level_edge);
+  if (edge != kNone) return NameOf(edge);
+  return "chain " + std::to_string(ids_[graph_.EndOfLevel(level_edge, 0)]) + " -> " +
+         std::to_string(ids_[graph_.EndOfLevel(level_edge, 1)]);
 }
 
 template <typename G>
@@ -58,7 +63,7 @@ Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
   }
   const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
-  const Index node = hierarchy_.AddNode(pose);
+  const Index node = graph_.AddNode(pose);
   while (static_cast<Index>(ids_.size()) <= node) ids_.push_back(0);
   ids_[node] = id;
   index_of_.Set(id, node);
@@ -69,7 +74,7 @@ Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
 
 template <typename G>
 Index Optimizer<G>::Impl::Link(Index i, Index j, const EdgeData<G>& data) {
-  const Index edge = hierarchy_.AddEdge(i, j, data);
+  const Index edge = graph_.AddEdge(i, j, data);
   new_edges_.push_back(IdOf(edge));
   return edge;
 }
@@ -81,8 +86,8 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data)
   if (!b.ok()) return Status(b.status().code(), EdgeName(i, j) + ": " + b.status().message());
   if (i == j) return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": a self edge");
   if (data.custom != nullptr) {
-    const std::string problem =
-        ceres_costs::CommonMotionProblem(*data.custom, hierarchy_.RelativePose(0, *a, *b));
+    const std::string problem = ceres_costs::CommonMotionProblem(
+        *data.custom, graph_.WorldPose(*a).Between(graph_.WorldPose(*b)));
     if (!problem.empty()) {
       return Status(StatusCode::kInvalidArgument, EdgeName(i, j) + ": " + problem);
     }
@@ -114,24 +119,24 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   term.measurement = measurement;
   term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
   Status status = CheckMeasurement(measurement, information, NameOf(*edge));
-  if (status.ok() && hierarchy_.FactorOf(0, *edge).custom != nullptr) {
+  if (status.ok() && graph_.FactorOf(*edge).custom != nullptr) {
     status = Status(StatusCode::kInvalidArgument,
                     NameOf(*edge) + ": its cost is the caller's own; remove it and add another");
   }
   if (!status.ok()) return status;
-  const LevelEdge& record = hierarchy_.level(0).edges[*edge];
-  const bool prior = record.node[0] == kNone;
-  term = Normalized(term);
-  hierarchy_.UpdateEdge(*edge, term, prior ? 0 : ModularityWeight(term));
+  graph_.UpdateEdge(*edge, Normalized(term));
   new_edges_.push_back(id);
   return Status::Ok();
 }
 
-// Makes the scheduler look at a node: at its edges on every level.
+// Makes the scheduler look at a node, or at the end of its chain: at its edges on every level.
 template <typename G>
-void Optimizer<G>::Impl::Disturb(int l, Index node) {
+void Optimizer<G>::Impl::Disturb(Index n) {
   constexpr int kMaxEdges = 64;
-  for (; l < hierarchy_.num_levels() && node != kNone;
+  const Index kept = graph_.KeptNear(n);
+  if (kept == kNone) return;
+  Index node = graph_.LevelNodeOf(kept);
+  for (int l = 0; l < hierarchy_.num_levels() && node != kNone;
        node = hierarchy_.level(l++).nodes[node].parent) {
     int count = 0;
     ForEachEdge(hierarchy_.level(l), node, [&](Index e, Index) {
@@ -148,13 +153,13 @@ template <typename G>
 Status Optimizer<G>::Impl::RemoveEdge(EdgeId id) {
   const Result<Index> edge = FindEdge(id);
   if (!edge.ok()) return edge.status();
-  const Index i = hierarchy_.level(0).edges[*edge].node[0];
-  const Index j = hierarchy_.level(0).edges[*edge].node[1];
-  hierarchy_.RemoveEdge(*edge);
-  num_priors_ -= i == kNone;
+  const Index ends[2] = {graph_.End(*edge, 0), graph_.End(*edge, 1)};
+  graph_.RemoveEdge(*edge);
+  num_priors_ -= ends[0] == kNone;
   check_anchors_ = true;
-  if (i != kNone) Disturb(0, i);
-  Disturb(0, j);
+  for (const Index end : ends) {
+    if (end != kNone) Disturb(end);
+  }
   return Status::Ok();
 }
 
@@ -163,7 +168,7 @@ Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
   std::vector<Index> neighbours;
-  ForEachEdge(hierarchy_.level(0), *node, [&](Index, Index other) {
+  graph_.ForEachEdgeOf(*node, [&](Index, Index other) {
     if (other == kNone) {
       --num_priors_;
     } else {
@@ -174,10 +179,10 @@ Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
   fixed_.erase(*node);
   new_nodes_.erase(std::remove(new_nodes_.begin(), new_nodes_.end(), *node), new_nodes_.end());
   if (newest_ == *node) newest_ = kNone;
-  hierarchy_.RemoveNode(*node);
+  graph_.RemoveNode(*node);
   index_of_.Erase(id);
   check_anchors_ = true;
-  for (const Index neighbour : neighbours) Disturb(0, neighbour);
+  for (const Index neighbour : neighbours) Disturb(neighbour);
   return Status::Ok();
 }
 
@@ -187,12 +192,12 @@ Status Optimizer<G>::Impl::SetFixed(NodeId id, bool fixed) {
   if (!node.ok()) return node.status();
   if (fixed == (fixed_.count(*node) > 0)) return Status::Ok();
   anchors_.erase(*node);
-  hierarchy_.SetFixed(*node, fixed);
+  graph_.SetHeld(*node, fixed);
   if (fixed) {
     fixed_.insert(*node);
   } else {
     fixed_.erase(*node);
-    Disturb(0, *node);
+    Disturb(*node);
   }
   check_anchors_ = true;
   return Status::Ok();
@@ -204,16 +209,17 @@ Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
   if (!node.ok()) return node.status();
   const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
-  hierarchy_.SetWorldPose(0, *node, pose.Normalized());
+  graph_.SetWorldPose(*node, pose.Normalized());
   // Its edges have changed as much as new ones.
-  ForEachEdge(hierarchy_.level(0), *node, [&](Index e, Index) { new_edges_.push_back(IdOf(e)); });
-  for (Index e = hierarchy_.level(0).nodes[*node].first_edge; e != kNone;) {
-    const LevelEdge& edge = hierarchy_.level(0).edges[e];
-    for (Index f = edge.parent, l = 1; f != kNone; f = hierarchy_.level(l++).edges[f].parent) {
+  graph_.ForEachEdgeOf(*node, [&](Index e, Index) { new_edges_.push_back(IdOf(e)); });
+  const Level<G>& level = hierarchy_.level(0);
+  if (!graph_.IsKept(*node)) return Status::Ok();
+  ForEachEdge(level, graph_.LevelNodeOf(*node), [&](Index e, Index) {
+    for (Index f = level.edges[e].parent, l = 1; f != kNone;
+         f = hierarchy_.level(l++).edges[f].parent) {
       hierarchy_.MarkDirty(l, f);
     }
-    e = edge.next[edge.node[1] == *node];
-  }
+  });
   return Status::Ok();
 }
 

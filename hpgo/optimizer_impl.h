@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "hpgo/chains/condensed_graph.h"
 #include "hpgo/graph/id_map.h"
 #include "hpgo/hierarchy/chunked_vector.h"
 #include "hpgo/hierarchy/hierarchy.h"
@@ -57,7 +58,10 @@ class Optimizer<G>::Impl {
   const OptimizerOptions& options() const { return options_; }
   const Hierarchy<G>& hierarchy() const { return hierarchy_; }
   const IdMap& ids() const { return index_of_; }
-  std::size_t num_nodes() const { return hierarchy_.level(0).num_nodes; }
+  std::size_t num_nodes() const { return graph_.num_nodes(); }
+  std::size_t num_edges() const { return graph_.num_edges(); }
+  // Empty if all is well; for tests.
+  std::string FindInconsistency();
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -78,28 +82,29 @@ class Optimizer<G>::Impl {
     Clock::time_point start_;
   };
 
-  // Edges as EdgeIds: the index on level 0 and its generation.
+  // Edges as EdgeIds: the index in graph_ and its generation. Nodes by their index there, too.
   EdgeId IdOf(Index edge) const;
   Result<Index> FindEdge(EdgeId id) const;
   Result<Index> FindNode(NodeId id) const;
   std::string NameOf(Index edge) const;
+  std::string NameOfLevelEdge(Index level_edge) const;
   Index Link(Index i, Index j, const EdgeData<G>& data);
-  void Disturb(int l, Index node);
-  EdgeError ErrorOf(Index edge) const;
+  void Disturb(Index node);
+  EdgeError ErrorOf(Index edge, const G& T_i_j) const;
+  // The whole graph; its poses are in the order of ids, the free ones first.
+  Subproblem<G> WholeProblem(std::map<Index, int>* position) const;
 
   // optimizer_anchors.cc: what holds the gauge of each component.
   struct TopComponents {
     std::vector<int> of_node;  // by index on the top level
     int count = 0;
   };
-  TopComponents FindTopComponents(bool old_edges_only) const;
-  bool IsOld(int l, Index edge) const;
-  void FindNewComponents();
+  TopComponents FindTopComponents() const;
   void AlignJoinedComponents();
-  std::vector<std::int64_t> FindHolders(const TopComponents& components,
-                                        const std::function<int(Index)>& component_of) const;
+  std::vector<std::int64_t> FindHolders(const TopComponents& components) const;
   void HoldComponents();
   Index TopAncestor(Index node) const;
+  bool HasPrior(Index node) const;
 
   // The steps of an update.
   UpdateReport Step(Mode mode, const UpdateLimits& limits);
@@ -110,12 +115,14 @@ class Optimizer<G>::Impl {
   void MeasureChi2();
   void SetThresholds();
   void MergeDirtyEdges();
+  void NoteRefreshed();
   void SolveLevel(int l, int iterations);
-  int ServeStressed(int l);
+  int ServeStressed(int l, int max_solves);
   void RunStressSchedule();
   void RunFixedSchedule();
   void SolveFull();
-  void SolveWindow(int max_iterations,
+  int SolveWindowToRest(int max_solves);
+  bool SolveWindow(int max_iterations,
                    double max_seconds = std::numeric_limits<double>::infinity());
   // Whether time or the caller, not the options, say when to stop.
   bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }
@@ -126,10 +133,10 @@ class Optimizer<G>::Impl {
   bool IsStopped() const;
   bool GraphGains() const;
   void NoteMotions();
-  G NewestPose() const { return newest_ == kNone ? G() : hierarchy_.WorldPose(0, newest_); }
+  G NewestPose() const { return newest_ == kNone ? G() : graph_.WorldPose(newest_); }
   // The motion from one pose to another.
   static Motion MotionBetween(const G& before, const G& after);
-  Status NotFinite(Index edge) const;
+  Status NotFinite(Index level_edge) const;
   Status WhyUnusable(const Status& status);
   void RecordChanges(const SubproblemSummary& summary, double stretch);
   std::vector<Index> SeedsOnLevel(int l) const;
@@ -140,9 +147,11 @@ class Optimizer<G>::Impl {
   WindowLimits NextWindow(int l) const;
 
   OptimizerOptions options_;
-  Hierarchy<G> hierarchy_;
+  // Mutable: asking for a pose brings up to date what it is computed from.
+  mutable CondensedGraph<G> graph_;
+  Hierarchy<G>& hierarchy_;  // of graph_
   IdMap index_of_;
-  ChunkedVector<NodeId> ids_;  // by index on level 0
+  ChunkedVector<NodeId> ids_;  // by index in graph_
   std::unique_ptr<SubproblemSolver<G>> solver_;
   Window<G> window_;
   OverCorrection<G> over_correction_;  // of a far-off closure

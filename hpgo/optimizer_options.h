@@ -27,10 +27,16 @@ enum class Schedule {
 
 struct OptimizerOptions {
   // --- These change the result.
-  int max_group_size = 3;    // K
-  int max_top_nodes = 150;   // T: a larger top gets a new level. Larger: better, slower closures
+  int max_group_size = 3;   // K
+  int max_top_nodes = 300;  // T: a larger top gets a new level. Larger: better, slower closures
+  // Kept nodes that are all solved at once, exactly, while there are no more. Larger: closures are
+  // exact in larger maps, and take longer there.
+  int max_whole_nodes = 800;
   int max_top_edges = 1500;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
+  // Chains of nodes with two edges each are condensed exactly, and level 0 of the hierarchy is the
+  // nodes between them; false: it is all nodes, as in the paper.
+  bool condense_chains = true;
   Schedule schedule = Schedule::kStress;
   int window_nodes = 200;   // P: free nodes of a window
   int window_edges = 1000;  // edges of a window

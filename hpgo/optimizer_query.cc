@@ -4,6 +4,7 @@
 
 #include "ceres_costs/factor_term.h"
 #include "glog/logging.h"
+#include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer_impl.h"
 #include "hpgo/solve/marginal.h"
 
@@ -13,7 +14,7 @@ template <typename G>
 Result<G> Optimizer<G>::Impl::GetPose(NodeId id) const {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
-  return hierarchy_.WorldPose(0, *node);
+  return graph_.WorldPose(*node);
 }
 
 template <typename G>
@@ -23,7 +24,8 @@ Result<typename Optimizer<G>::Group> Optimizer<G>::Impl::GetGroup(NodeId id, int
   if (level < 0 || level >= hierarchy_.num_levels()) {
     return Status(StatusCode::kInvalidArgument, "no level " + std::to_string(level));
   }
-  const Index group = hierarchy_.Ancestor(*node, level);
+  const Index kept = graph_.KeptNear(*node);
+  const Index group = kept == kNone ? kNone : hierarchy_.Ancestor(graph_.LevelNodeOf(kept), level);
   if (group == kNone) {
     return Status(StatusCode::kNotFound,
                   "node " + std::to_string(id) + " has no group yet: update first");
@@ -33,37 +35,38 @@ Result<typename Optimizer<G>::Group> Optimizer<G>::Impl::GetGroup(NodeId id, int
 
 template <typename G>
 void Optimizer<G>::Impl::ForEachPose(const std::function<void(NodeId, const G&)>& visit) const {
-  index_of_.ForEach([&](NodeId id, Index node) { visit(id, hierarchy_.WorldPose(0, node)); });
+  std::vector<G> poses(ids_.size());
+  graph_.ForEachPose([&](Index node, const G& pose) { poses[node] = pose; });
+  index_of_.ForEach([&](NodeId id, Index node) { visit(id, poses[node]); });
 }
 
 template <typename G>
 void Optimizer<G>::Impl::ForEachMoved(double distance, double angle,
                                       const std::function<void(NodeId, const G&)>& visit) {
-  hierarchy_.ForEachMoved(distance, angle,
-                          [&](Index node, const G& pose) { visit(ids_[node], pose); });
+  graph_.ForEachMoved(distance, angle, [&](Index node, const G& pose) { visit(ids_[node], pose); });
 }
 
 template <typename G>
-EdgeError Optimizer<G>::Impl::ErrorOf(Index e) const {
-  const LevelEdge& edge = hierarchy_.level(0).edges[e];
-  ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);
+EdgeError Optimizer<G>::Impl::ErrorOf(Index e, const G& T_i_j) const {
+  ceres_costs::FactorTerm<G> factor = graph_.FactorOf(e);
   factor.loss = nullptr;
   EdgeError error;
   error.id = IdOf(e);
-  error.j = ids_[edge.node[1]];
-  error.i = edge.node[0] == kNone ? error.j : ids_[edge.node[0]];
-  error.chi2 = FactorCost(factor, edge.node[0] == kNone,
-                          hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
+  error.j = ids_[graph_.End(e, 1)];
+  const bool unary = graph_.End(e, 0) == kNone;
+  error.i = unary ? error.j : ids_[graph_.End(e, 0)];
+  error.chi2 = FactorCost(factor, unary, T_i_j);
   return error;
 }
 
 template <typename G>
 std::vector<EdgeError> Optimizer<G>::Impl::EdgeErrors() const {
+  std::vector<EdgeError> by_index(graph_.end_of_edges());
+  graph_.ForEachRelativePose([&](Index e, const G& T) { by_index[e] = ErrorOf(e, T); });
   std::vector<EdgeError> errors;
-  const Level<G>& level = hierarchy_.level(0);
-  errors.reserve(level.num_edges);
-  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    if (level.edges[e].alive) errors.push_back(ErrorOf(e));
+  errors.reserve(graph_.num_edges());
+  for (Index e = 0; e < graph_.end_of_edges(); ++e) {
+    if (graph_.IsEdge(e)) errors.push_back(by_index[e]);
   }
   return errors;
 }
@@ -72,62 +75,82 @@ template <typename G>
 Result<EdgeError> Optimizer<G>::Impl::GetEdgeError(EdgeId id) const {
   const Result<Index> edge = FindEdge(id);
   if (!edge.ok()) return edge.status();
-  return ErrorOf(*edge);
+  return ErrorOf(*edge, graph_.RelativePose(*edge));
 }
 
 template <typename G>
 double Optimizer<G>::Impl::Cost() const {
-  const Level<G>& level = hierarchy_.level(0);
   double cost = 0;
-  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const LevelEdge& edge = level.edges[e];
-    if (!edge.alive) continue;
-    cost += FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
-                       hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
-  }
+  graph_.ForEachRelativePose([&](Index e, const G& T) {
+    cost += FactorCost(graph_.FactorOf(e), graph_.End(e, 0) == kNone, T);
+  });
   return cost;
+}
+
+template <typename G>
+Subproblem<G> Optimizer<G>::Impl::WholeProblem(std::map<Index, int>* position) const {
+  Subproblem<G> problem;
+  std::vector<G> poses(ids_.size());
+  graph_.ForEachPose([&](Index node, const G& pose) { poses[node] = pose; });
+  for (const bool held : {false, true}) {
+    index_of_.ForEach([&](NodeId, Index node) {
+      if (graph_.IsHeld(node) != held) return;
+      position->emplace(node, static_cast<int>(problem.poses.size()));
+      problem.poses.push_back(poses[node]);
+    });
+    if (!held) problem.num_free = static_cast<int>(problem.poses.size());
+  }
+  for (Index e = 0; e < graph_.end_of_edges(); ++e) {
+    if (!graph_.IsEdge(e)) continue;
+    Factor<G> factor;
+    static_cast<ceres_costs::FactorTerm<G>&>(factor) = graph_.FactorOf(e);
+    if (graph_.End(e, 0) != kNone) factor.i = position->at(graph_.End(e, 0));
+    factor.j = position->at(graph_.End(e, 1));
+    problem.factors.push_back(factor);
+  }
+  return problem;
 }
 
 template <typename G>
 Result<typename G::Matrix> Optimizer<G>::Impl::MarginalCovariance(NodeId id) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
-  window_.BuildWhole(0, &hierarchy_);
-  if (!window_.IsFree(*node)) return Matrix(Matrix::Zero());  // it is held: known exactly
-  return hpgo::MarginalCovariance(window_.subproblem(), hierarchy_.level(0).nodes[*node].scratch);
+  if (graph_.IsHeld(*node)) return Matrix(Matrix::Zero());  // known exactly
+  std::map<Index, int> position;
+  const Subproblem<G> problem = WholeProblem(&position);
+  return hpgo::MarginalCovariance(problem, position.at(*node));
 }
 
 template <typename G>
 PoseGraph<G> Optimizer<G>::Impl::ToGraph() const {
   PoseGraph<G> graph;
-  const Level<G>& level = hierarchy_.level(0);
-  graph.Reserve(level.num_nodes, level.num_edges);
-  std::vector<int> position(level.nodes.size(), -1);
-  index_of_.ForEach([&](NodeId id, Index n) {
+  graph.Reserve(graph_.num_nodes(), graph_.num_edges());
+  std::vector<int> position(ids_.size(), -1);
+  ForEachPose([&](NodeId id, const G& pose) {
+    const Index n = index_of_.Find(id);
     GraphNode<G> node;
     node.id = id;
-    node.pose = hierarchy_.WorldPose(0, n).Normalized();
+    node.pose = pose.Normalized();
     node.fixed = fixed_.count(n) > 0;
     position[n] = *graph.AddNode(node);
   });
-  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const LevelEdge& edge = level.edges[e];
-    if (!edge.alive) continue;
+  for (Index e = 0; e < graph_.end_of_edges(); ++e) {
+    if (!graph_.IsEdge(e)) continue;
+    const ceres_costs::FactorTerm<G> factor = graph_.FactorOf(e);
     Status status;
-    if (edge.node[0] == kNone) {
+    if (graph_.End(e, 0) == kNone) {
       GraphPrior<G> prior;
-      prior.node = position[edge.node[1]];
-      prior.measurement = level.terms[e].measurement;
-      prior.information = level.terms[e].information.Dense();
-      const ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);
+      prior.node = position[graph_.End(e, 1)];
+      prior.measurement = factor.term->measurement;
+      prior.information = factor.term->information.Dense();
       if (factor.offset != nullptr) prior.offset = *factor.offset;
       status = graph.AddPrior(prior);
     } else {
       GraphEdge<G> copy;
-      copy.i = position[edge.node[0]];
-      copy.j = position[edge.node[1]];
-      copy.measurement = level.terms[e].measurement;
-      copy.information = level.terms[e].information.Dense();
+      copy.i = position[graph_.End(e, 0)];
+      copy.j = position[graph_.End(e, 1)];
+      copy.measurement = factor.term->measurement;
+      copy.information = factor.term->information.Dense();
       status = graph.AddEdge(copy);
     }
     CHECK(status.ok()) << status.ToString();
@@ -137,7 +160,13 @@ PoseGraph<G> Optimizer<G>::Impl::ToGraph() const {
 
 template <typename G>
 std::size_t Optimizer<G>::Impl::MemoryBytes() const {
-  return hierarchy_.MemoryBytes() + index_of_.MemoryBytes() + ids_.MemoryBytes();
+  return graph_.MemoryBytes() + index_of_.MemoryBytes() + ids_.MemoryBytes();
+}
+
+template <typename G>
+std::string Optimizer<G>::Impl::FindInconsistency() {
+  const std::string wrong = graph_.FindInconsistency();
+  return wrong.empty() ? hpgo::FindInconsistency(hierarchy_) : wrong;
 }
 
 template class Optimizer<SE2>::Impl;

@@ -34,10 +34,10 @@ void Accumulate(const UpdateReport& step, UpdateReport* sum) {
 
 }  // namespace
 
-// The mean over all edges.
+// The mean over all edges, those in chains among them.
 template <typename G>
 void Optimizer<G>::Impl::MeasureChi2() {
-  const Index num_edges = hierarchy_.level(0).num_edges;
+  const Index num_edges = graph_.num_edges();
   const double cost = Cost();
   if (num_edges > 0 && std::isfinite(cost)) mean_chi2_ = cost / num_edges;
 }
@@ -115,6 +115,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
       if (deeper) depth_ *= kDeeper;
       SetThresholds();
       if (deeper || thresholds_.tau < 0.5 * tau) {
+        graph_.SettleAll();
         QueueAll();
         work = 0;
         next_look = first_look;
@@ -124,6 +125,8 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
     }
   } while (!sum.at_rest && looks < kMostLooks && !stopped());
   sum.newest_moved = MotionBetween(newest_before, NewestPose());
+  sum.largest_moved.distance = std::max(sum.largest_moved.distance, sum.newest_moved.distance);
+  sum.largest_moved.angle = std::max(sum.largest_moved.angle, sum.newest_moved.angle);
   sum.seconds = elapsed();
   return sum;
 }

@@ -56,7 +56,7 @@ bool Optimizer<G>::Impl::Struggles() const {
 
 // Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
 template <typename G>
-int Optimizer<G>::Impl::ServeStressed(int l) {
+int Optimizer<G>::Impl::ServeStressed(int l, int max_solves) {
   FoundWork work;
   {
     const Stopwatch watch(&report_.examine_seconds);
@@ -70,9 +70,10 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   if (l == hierarchy_.num_levels() - 1 && TopIsSmall()) {
     const Stopwatch watch(&report_.top_seconds);
     ++report_.top_solves;
-    SolveLevel(l, options_.window_iterations);
-    LearnWindowSeconds(watch.Elapsed());
-    return 1;
+    if (!window_.BuildWhole(l, &hierarchy_)) return 1;
+    const int solves = SolveWindowToRest(max_solves);
+    LearnWindowSeconds(watch.Elapsed() / solves);
+    return solves;
   }
   const Stopwatch watch(&report_.window_seconds);
   std::vector<Index> seeds;
@@ -88,9 +89,9 @@ int Optimizer<G>::Impl::ServeStressed(int l) {
   had_window_[l] = true;
   ++report_.windows;
   if (!window_.Build(l, seeds, NextWindow(l), &hierarchy_)) return 1;
-  SolveWindow(options_.window_iterations);
-  LearnWindowSeconds(watch.Elapsed());
-  return std::max(1, static_cast<int>(std::lround(Worth())));
+  const int solves = SolveWindowToRest(max_solves);
+  LearnWindowSeconds(watch.Elapsed() / solves);
+  return std::max(1, static_cast<int>(std::lround(solves * Worth())));
 }
 
 // How many windows of the options' size the last one is.
@@ -171,6 +172,7 @@ void Optimizer<G>::Impl::RunStressSchedule() {
                            SecondsLeft() < UsualWindowSeconds(l));
   };
   actions.stop = stop;
+  int solves = 0;
   actions.serve = [&](int l) {
     // Windows below have moved what this level's edges were made from; as long as they have not
     // been merged again, windows here could undo it.
@@ -178,10 +180,14 @@ void Optimizer<G>::Impl::RunStressSchedule() {
       MergeDirtyEdges();
       if (stop(l)) return 0;
     }
-    return hierarchy_.level(l).dirty.empty() ? ServeStressed(l) : 0;
+    if (!hierarchy_.level(l).dirty.empty()) return 0;
+    const int worth = ServeStressed(l, std::max(1, sweep.max_windows - solves));
+    solves += worth;
+    return worth;
   };
   actions.largest_pending = [&](int l) { return LargestPending(l, hierarchy_); };
   report_.at_rest = sweep_.Run(hierarchy_.num_levels(), sweep, 2 * thresholds_.pending, actions);
+  report_.at_rest &= !graph_.has_changes();  // a chain that must not stay one
   // A search or a merge that has done its share may have left some for the next update.
   for (int l = 0; l < hierarchy_.num_levels(); ++l) {
     report_.at_rest &= LargestPending(l, hierarchy_) <= thresholds_.pending;
@@ -212,16 +218,23 @@ template <typename G>
 std::vector<Index> Optimizer<G>::Impl::SeedsOnLevel(int l) const {
   if (options_.schedule == Schedule::kNewEdges) return seeds_[l];
   if (newest_ == kNone) return {};
-  return {hierarchy_.Ancestor(newest_, l)};
+  return {hierarchy_.Ancestor(graph_.LevelNodeOf(newest_), l)};
 }
 
 template <typename G>
 void Optimizer<G>::Impl::SolveFull() {
   constexpr int kMaxIterations = 50;
+  // Chains are linearized in turns with the solve of what is between them.
+  constexpr int kMaxTurns = 20;
+  constexpr double kStill = 1e-10;  // of the cost
   const Stopwatch watch(&report_.window_seconds);
-  if (window_.BuildWhole(0, &hierarchy_)) {
+  for (int turn = 0; turn < kMaxTurns && !IsStopped(); ++turn) {
+    if (turn > 0) graph_.SettleAll();
+    if (!window_.BuildWhole(0, &hierarchy_)) return;
     ++report_.windows;
+    const double before = report_.cost_decrease;
     SolveWindow(kMaxIterations, SecondsLeft());
+    if (!report_.status.ok() || report_.cost_decrease - before <= kStill * Cost()) return;
   }
 }
 

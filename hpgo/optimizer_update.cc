@@ -15,8 +15,10 @@ namespace hpgo {
 template <typename G>
 Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
     : options_(options),
-      hierarchy_({options.max_group_size, options.max_top_nodes, options.max_top_edges,
-                  options.coarse_edges, options.convention}),
+      graph_({options.max_group_size, options.max_top_nodes, options.max_whole_nodes,
+              options.max_top_edges, options.coarse_edges, options.convention},
+             options.condense_chains),
+      hierarchy_(graph_.hierarchy()),
       solver_(MakeSolver<G>(options.engine)) {}
 
 template <typename G>
@@ -55,6 +57,9 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   }
   report_.num_levels = hierarchy_.num_levels();
   report_.newest_moved = MotionBetween(newest_before, NewestPose());
+  Motion& largest = report_.largest_moved;  // of single solves so far
+  largest.distance = std::max(largest.distance, report_.newest_moved.distance);
+  largest.angle = std::max(largest.angle, report_.newest_moved.angle);
   VLOG(1) << "update: " << report_.new_nodes << " nodes, " << report_.new_edges << " edges, "
           << report_.windows << " windows, " << report_.top_solves << " top solves, "
           << report_.seconds * 1e3 << " ms";
@@ -66,8 +71,9 @@ void Optimizer<G>::Impl::InsertNewNodes() {
   const Stopwatch watch(&report_.insert_seconds);
   report_.new_nodes = static_cast<int>(new_nodes_.size());
   report_.new_edges = static_cast<int>(new_edges_.size());
-  FindNewComponents();
   if (check_anchors_) AlignJoinedComponents();
+  graph_.Restructure();
+  check_anchors_ |= graph_.has_new_component();
   hierarchy_.AssignGroups();
   if (check_anchors_) HoldComponents();
   check_anchors_ = false;
@@ -103,6 +109,7 @@ template <typename G>
 void Optimizer<G>::Impl::SetThresholds() {
   report_.mean_chi2 = mean_chi2_;
   thresholds_ = StressThresholds::FromMean(mean_chi2_, options_.stress_threshold / depth_);
+  graph_.SetTolerance(0.2 * thresholds_.dirty);
   if (options_.schedule != Schedule::kStress) {
     thresholds_.pending = std::numeric_limits<float>::infinity();  // nobody will look
   }
@@ -123,12 +130,26 @@ void Optimizer<G>::Impl::NoteNewEdges() {
   for (std::vector<Index>& seeds : seeds_) seeds.clear();
   had_window_.assign(num_levels, false);
   Level<G>& level = hierarchy_.mutable_level(0);
+  std::vector<Index> fresh;
+  for (const PlacedEdge& placed : graph_.placed()) {
+    level.edges[placed.edge].merged = true;
+    if (placed.is_new) {
+      fresh.push_back(placed.edge);
+    } else {
+      // What was there in another form: the look decides.
+      hierarchy_.SetPending(0, placed.edge, 2 * thresholds_.pending, thresholds_.pending);
+    }
+  }
   for (const EdgeId id : new_edges_) {
     const Result<Index> found = FindEdge(id);
     if (!found.ok()) continue;  // removed since
-    const Index e = *found;
-    LevelEdge& edge = level.edges[e];
-    edge.merged = true;
+    const Index e = graph_.LevelEdgeOf(*found);
+    if (e != kNone) fresh.push_back(e);
+  }
+  std::sort(fresh.begin(), fresh.end());
+  fresh.erase(std::unique(fresh.begin(), fresh.end()), fresh.end());
+  for (const Index e : fresh) {
+    const LevelEdge& edge = level.edges[e];
     const double chi2 = FactorCost(hierarchy_.FactorOf(0, e), edge.node[0] == kNone,
                                    hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
     if (!std::isfinite(chi2)) {
@@ -156,6 +177,16 @@ void Optimizer<G>::Impl::NoteNewEdges() {
   }
 }
 
+// Chains that were linearized anew: they pull otherwise than before.
+template <typename G>
+void Optimizer<G>::Impl::NoteRefreshed() {
+  for (const auto& [e, change] : hierarchy_.TakeRefreshed()) {
+    if (!hierarchy_.level(0).edges[e].alive) continue;
+    AddPending(0, e, change, thresholds_, &hierarchy_);
+    TellParent(0, e, change, thresholds_, &hierarchy_);
+  }
+}
+
 template <typename G>
 void Optimizer<G>::Impl::MergeDirtyEdges() {
   constexpr std::size_t kLookAtClock = 64;
@@ -177,6 +208,7 @@ void Optimizer<G>::Impl::MergeDirtyEdges() {
       TellParent(l, e, change, thresholds_, &hierarchy_);
     }
     level.dirty.erase(level.dirty.begin(), level.dirty.begin() + static_cast<std::ptrdiff_t>(k));
+    if (l == 1) NoteRefreshed();
   }
 }
 

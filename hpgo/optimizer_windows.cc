@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "ceres_costs/factor_term.h"
+#include "glog/logging.h"
 #include "hpgo/optimizer_impl.h"
 
 namespace hpgo {
@@ -24,9 +25,23 @@ void Optimizer<G>::Impl::SolveLevel(int l, int iterations) {
   SolveWindow(iterations);
 }
 
-// Solves the window and takes the result if the cost has fallen.
+// Solves the window on level 0 again as long as its last step was far from linear: until it gains
+// nothing that counts. Returns the number of solves.
 template <typename G>
-void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
+int Optimizer<G>::Impl::SolveWindowToRest(int max_solves) {
+  int solves = 1;
+  while (SolveWindow(options_.window_iterations) && window_.level() == 0 && solves < max_solves &&
+         !IsStopped()) {
+    window_.Restart();
+    ++solves;
+  }
+  return solves;
+}
+
+// Solves the window and takes the result if the cost has fallen. True if the step missed what its
+// linearization promised by so much that another is worth it.
+template <typename G>
+bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   constexpr double kLargestScale = 20, kScaleGrowth = 1.5;
   constexpr int kMoreIterations = 5;
   SubproblemOptions options;
@@ -39,6 +54,10 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   };
   SubproblemSummary summary = solve(max_iterations, max_seconds);
   damped_ |= summary.damped;
+  VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
+          << window_.edges().size() << " edges, cost " << summary.initial_cost << " -> "
+          << summary.final_cost << (summary.damped ? ", damped, " : ", ") << summary.seconds * 1e3
+          << " ms";
   const double seconds_for_more = SecondsForWindow() - summary.seconds;
   if (window_.level() == 0 && IsStrained() && max_iterations < kMoreIterations && summary.damped &&
       summary.status.ok() && summary.final_cost < summary.initial_cost &&
@@ -54,7 +73,7 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   largest_scale_ = summary.damped ? 1 : std::min(kLargestScale, kScaleGrowth * largest_scale_);
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
-  if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return;
+  if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return false;
   double stretch = 1;
   // What the windows of one update can take in needs no more than the solution.
   if (window_.level() > 0 && IsStrained() && !rested_ && !summary.damped) {
@@ -62,9 +81,13 @@ void Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
     if (stretch > 1) window_.Stretch(stretch);
   }
   window_.Commit(&hierarchy_);
+  NoteRefreshed();
   NoteMotions();
   report_.cost_decrease += (summary.initial_cost - summary.final_cost) * stretch * (2 - stretch);
   RecordChanges(summary, stretch);
+  const double decrease = summary.initial_cost - summary.final_cost;
+  const double miss = std::abs(summary.predicted_decrease - decrease);
+  return decrease > thresholds_.tau && (summary.damped || miss > 10 * thresholds_.tau);
 }
 
 // Whether the cost of the graph itself falls. A coarse edge says little about far turns, least of
@@ -115,9 +138,9 @@ void Optimizer<G>::Impl::NoteMotions() {
 }
 
 template <typename G>
-Status Optimizer<G>::Impl::NotFinite(Index edge) const {
+Status Optimizer<G>::Impl::NotFinite(Index level_edge) const {
   return Status(StatusCode::kNoSolution,
-                NameOf(edge) + ": its cost cannot be evaluated at the estimate");
+                NameOfLevelEdge(level_edge) + ": its cost cannot be evaluated at the estimate");
 }
 
 // The edge at fault if there is one, else what the solver says.

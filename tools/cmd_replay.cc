@@ -139,6 +139,8 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
   figures.settings = settings;
   figures.result = *std::move(result);
   figures.statistics = SummarizeUpdates(figures.result.samples);
+  figures.nodes = static_cast<std::int64_t>(optimizer.num_nodes());
+  figures.edges = static_cast<std::int64_t>(optimizer.num_edges());
   figures.levels = LevelSizes(optimizer.hierarchy());
   figures.cost = optimizer.Cost();
   figures.chi2 = Chi2(optimizer);

@@ -97,8 +97,8 @@ std::vector<std::pair<std::string, std::string>> SummaryColumns(const ReplayFigu
   }
   std::vector<std::pair<std::string, std::string>> columns = {
       {"input", input},
-      {"nodes", std::to_string(figures.levels[0].nodes)},
-      {"edges", std::to_string(figures.levels[0].edges)},
+      {"nodes", std::to_string(figures.nodes)},
+      {"edges", std::to_string(figures.edges)},
       {"preset", figures.names.preset},
       {"engine", hpgo::EngineName(figures.settings.options.engine)},
       {"mode", figures.names.mode},
@@ -165,8 +165,8 @@ ordered_json ReplayJson(const ReplayFigures& figures) {
   ordered_json json = {{"input", figures.names.input},
                        {"settings", SettingsJson(figures)},
                        {"interrupted", result.interrupted},
-                       {"nodes", figures.levels[0].nodes},
-                       {"edges", figures.levels[0].edges},
+                       {"nodes", figures.nodes},
+                       {"edges", figures.edges},
                        {"updates", result.updates},
                        {"failed_updates", result.failed_updates},
                        {"seconds", result.seconds},

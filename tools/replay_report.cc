@@ -50,7 +50,7 @@ void PrintLatencies(const ReplayStatistics& statistics,
 
 void PrintLevels(const std::vector<LevelSize>& levels,
                  const std::function<void(const std::string&)>& print_line) {
-  std::string text = "levels, nodes/edges:";
+  std::string text = "levels over the kept nodes, nodes/edges:";
   for (const LevelSize& level : levels) {
     text += " " + FormatCount(level.nodes) + "/" + FormatCount(level.edges);
   }
@@ -86,7 +86,7 @@ std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<G>& hierarchy) {
 
 double BytesPerNode(const ReplayFigures& figures) {
   return static_cast<double>(figures.result.optimizer_memory) /
-         static_cast<double>(std::max<std::int64_t>(1, figures.levels[0].nodes));
+         static_cast<double>(std::max<std::int64_t>(1, figures.nodes));
 }
 
 std::string TableRow(const std::string& name, const std::vector<std::string>& cells) {

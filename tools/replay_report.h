@@ -29,8 +29,9 @@ struct ReplayFigures {
   ReplaySettings settings;
   ReplayResult result;
   ReplayStatistics statistics;
-  std::vector<LevelSize> levels;
-  double chi2 = 0, cost = 0;  // at the end
+  std::int64_t nodes = 0, edges = 0;  // of the graph, priors among the edges
+  std::vector<LevelSize> levels;      // of the hierarchy over its kept nodes
+  double chi2 = 0, cost = 0;          // at the end
   std::optional<ReferenceError> reference;
   std::optional<Recovery> recovery;
   hpgo::Status recovery_failure;

@@ -90,7 +90,7 @@ class Checker {
     if (node.parent != kNone) {
       Expect(HasAbove() && h_.level(l_ + 1).nodes[node.parent].alive, "parent of node", n);
     } else {
-      Expect(!HasAbove(), "node without a group", n);
+      Expect(!HasAbove() || h_.IsWaiting(l_, n), "node without a group", n);
     }
     if (l_ > 0) Group(n);
   }

@@ -37,6 +37,7 @@ Index Hierarchy<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   LevelEdge& edge = level.edges[e];
   level.terms[e] = data.term;
   edge.merged = false;  // new, until the scheduler has seen it
+  edge.condensed = data.condensed;
   if (data.loss != nullptr || data.custom != nullptr || data.offset != nullptr) {
     edge.extra = NewExtra({data.loss, data.custom, data.offset});
   }
@@ -85,7 +86,7 @@ void Hierarchy<G>::AssignGroups() {
   // again only when it has changed by some.
   const auto size_of_top = [this] { return levels_.back()->num_nodes + levels_.back()->num_edges; };
   if (2 * size_of_top() < next_new_level_) next_new_level_ = 0;
-  while (IsTooLarge(*levels_.back(), 1) && size_of_top() >= next_new_level_) {
+  while (IsTooLarge(num_levels() - 1, 1) && size_of_top() >= next_new_level_) {
     const Index before = levels_.back()->num_nodes;
     AddLevel();
     next_new_level_ = 0;
@@ -155,7 +156,7 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
   const LevelEdge& record = levels_[l]->edges[edge];
   ceres_costs::FactorTerm<G> factor;
   factor.term = &levels_[l]->terms[edge];
-  if (l > 0) {
+  if (l > 0 || record.condensed) {
     factor.convention = kCoarseConvention;
     return factor;
   }
@@ -170,8 +171,38 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(int l, Index edge) const {
 }
 
 template <typename G>
+ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(const EdgeData<G>& data) const {
+  ceres_costs::FactorTerm<G> factor;
+  factor.term = &data.term;
+  factor.convention = data.condensed ? kCoarseConvention : options_.convention;
+  factor.loss = data.loss.get();
+  factor.offset = data.offset.get();
+  factor.custom = data.custom.get();
+  return factor;
+}
+
+template <typename G>
+void Hierarchy<G>::RefreshChain(Index edge, const G& T) {
+  const ceres_costs::RelativePoseTerm<G> old = levels_[0]->terms[edge];
+  if (!refresh_(edge, T)) return;
+  CoarseEdge<G> now;
+  now.T_g_h = T;
+  LinearizeFactor(FactorOf(0, edge), false, T, &now.model);
+  now.inverse = SemiDefiniteInverse<G>(now.model.A);
+  refreshed_.emplace_back(edge, QuadraticChange(now, &old));
+}
+
+template <typename G>
 double Hierarchy<G>::Merge(int l, Index edge) {
   LevelEdge& record = levels_[l]->edges[edge];
+  if (l == 1 && refresh_) {
+    const G T_g_h = RelativePose(l, record.node[0], record.node[1]);
+    for (Index c = record.first_child; c != kNone; c = levels_[0]->edges[c].next_sibling) {
+      const LevelEdge& child = levels_[0]->edges[c];
+      if (!child.condensed) continue;
+      RefreshChain(c, ChildGeometry<G>(record, child, *levels_[0], T_g_h).RelativePose());
+    }
+  }
   const bool galerkin = options_.coarse_edges == CoarseEdges::kGalerkin;
   const CoarseEdge<G> merged =
       galerkin ? GalerkinEdge(*this, l, edge) : CondensedEdge(*this, l, edge);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "hpgo/hierarchy/level.h"
@@ -20,6 +21,7 @@ enum class CoarseEdges {
 struct HierarchyOptions {
   int max_group_size = 3;   // K; at least 2
   int max_top_nodes = 150;  // T: a larger top gets a new level above it; at least 2
+  int max_whole_nodes = 0;  // the same of level 0, where it is the larger
   int max_top_edges = std::numeric_limits<int>::max();  // so does one with more edges; at least 1
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;  // of level 0
@@ -33,6 +35,7 @@ struct EdgeData {
   std::shared_ptr<const ceres::LossFunction> loss;    // null: squared
   std::shared_ptr<const ceres::CostFunction> custom;  // replaces the term's cost if set
   std::shared_ptr<const G> offset;                    // of a prior: T_node_sensor
+  bool condensed = false;  // stands for a chain: the term is in the coarse convention
 };
 
 // The paper's W of a measurement (eq. 2): 1 / max(z' Omega z, 1e-6), z the twist of Z.
@@ -62,8 +65,29 @@ class Hierarchy {
   void RemoveEdge(Index edge);
   // Removes the node with its edges.
   void RemoveNode(Index node);
+  // Replaces the term of an edge that stands for a chain.
+  void SetCondensed(Index edge, const ceres_costs::RelativePoseTerm<G>& term) {
+    levels_[0]->terms[edge] = term;
+  }
+  // Who keeps the chains: brings the term of such an edge up to date with the relative pose of its
+  // ends; true if it has changed.
+  using RefreshCondensed = std::function<bool(Index edge, const G& T)>;
+  void SetRefresh(RefreshCondensed refresh) { refresh_ = std::move(refresh); }
+  // To be called before an edge of level 0 is linearized at T; notes how much its gradient changes.
+  void Refresh(Index edge, const G& T) {
+    if (levels_[0]->edges[edge].condensed && refresh_) RefreshChain(edge, T);
+  }
+  // The edges that Refresh has changed since this was last asked, and by how much, in sqrt(chi2).
+  std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
   // Replaces measurement, information and weight of an edge.
   void UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term, double weight);
+  // Whether a node waits for AssignGroups to get a group.
+  bool IsWaiting(int l, Index node) const {
+    for (const LevelItem& item : unassigned_) {
+      if (item.l == l && item.index == node) return true;
+    }
+    return false;
+  }
   // Algorithm 1 for the nodes without a group; builds a new level when the top has grown too large.
   void AssignGroups();
   void SetFixed(Index node, bool fixed);
@@ -80,6 +104,8 @@ class Hierarchy {
 
   // --- Edges.
   ceres_costs::FactorTerm<G> FactorOf(int l, Index edge) const;
+  // That of an edge which is not yet there; borrows from `data`.
+  ceres_costs::FactorTerm<G> FactorOf(const EdgeData<G>& data) const;
   // Computes a coarse edge from its children at the current estimate; see coarse_edge.h.
   // Returns how much the quadratic changed, in sqrt(chi2).
   double Merge(int l, Index edge);
@@ -97,7 +123,16 @@ class Hierarchy {
   // of the hierarchy whose bounds exceed these are looked at. The first call visits all and starts
   // the tracking, which costs every later change of a pose O(levels).
   void ForEachMoved(double distance, double angle,
-                    const std::function<void(Index, const G&)>& visit);
+                    const std::function<void(Index, const G&)>& visit) {
+    LookAtMoved(distance, angle, nullptr, visit);
+  }
+  // The same for what hangs on nodes of level 0 within HangBelow: `look` is called for every node
+  // that may have moved with it, whether or not it has itself.
+  void LookAtMoved(double distance, double angle, const std::function<void(Index, const G&)>& look,
+                   const std::function<void(Index, const G&)>& visit);
+  // While motions are tracked: something hangs on a node of level 0, `reach` m away at most.
+  // `moved`: to be looked at whatever moves.
+  void HangBelow(Index node, float reach, bool moved);
 
   // A mark for LevelNode::stamp that no node has yet.
   std::uint32_t NewStamp() { return ++stamp_; }
@@ -116,12 +151,15 @@ class Hierarchy {
     Index index;
   };
 
+  void RefreshChain(Index edge, const G& T);
+
   // hierarchy_moves.cc
   void StartTracking();
   void NoteMove(int l, Index node, const G& before);
   void RaiseBounds(int l, Index node);
   void RaiseRadius(int l, Index node);
   void VisitMoved(int l, Index node, const MotionBound& limit,
+                  const std::function<void(Index, const G&)>& look,
                   const std::function<void(Index, const G&)>& visit);
 
   // hierarchy_links.cc
@@ -151,7 +189,7 @@ class Hierarchy {
   void AddLevel();
   void DropTop();
   void DropSmallTop();
-  bool IsTooLarge(const Level<G>& level, int part) const;
+  bool IsTooLarge(int l, int part) const;
 
   HierarchyOptions options_;
   std::uint32_t stamp_ = 0;
@@ -162,6 +200,8 @@ class Hierarchy {
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart
   ChunkedVector<Extra> extras_;        // by LevelEdge::extra
+  RefreshCondensed refresh_;
+  std::vector<std::pair<Index, double>> refreshed_;
   std::vector<Index> free_extras_;
 };
 

@@ -94,11 +94,14 @@ void Hierarchy<G>::StartTracking() {
 
 template <typename G>
 void Hierarchy<G>::VisitMoved(int l, Index n, const MotionBound& limit,
+                              const std::function<void(Index, const G&)>& look,
                               const std::function<void(Index, const G&)>& visit) {
   LevelNode<G>& node = levels_[l]->nodes[n];
   if (!Exceeds(node.moved, node.below, limit)) return;
   if (l == 0) {
     const G pose = WorldPose(0, n);
+    if (look) look(n, pose);
+    node.below = MotionBound();
     MotionBound motion = MotionOf(reported_[n], pose);
     if (std::isinf(node.moved.distance) || Exceeds(motion, MotionBound(), limit)) {
       reported_[n] = pose;
@@ -113,7 +116,7 @@ void Hierarchy<G>::VisitMoved(int l, Index n, const MotionBound& limit,
   node.moved = node.below = MotionBound();
   for (Index c = node.first_child; c != kNone; c = below.nodes[c].next_sibling) {
     Add(own, &below.nodes[c].moved);
-    VisitMoved(l - 1, c, limit, visit);
+    VisitMoved(l - 1, c, limit, look, visit);
     const LevelNode<G>& child = below.nodes[c];
     node.below.distance =
         std::max(node.below.distance, child.moved.distance + child.below.distance);
@@ -122,8 +125,19 @@ void Hierarchy<G>::VisitMoved(int l, Index n, const MotionBound& limit,
 }
 
 template <typename G>
-void Hierarchy<G>::ForEachMoved(double distance, double angle,
-                                const std::function<void(Index, const G&)>& visit) {
+void Hierarchy<G>::HangBelow(Index n, float reach, bool moved) {
+  if (!tracking_) return;
+  LevelNode<G>& node = levels_[0]->nodes[n];
+  node.radius = std::max(node.radius, reach);
+  if (moved) node.below.distance = std::numeric_limits<float>::infinity();
+  RaiseBounds(0, n);
+  RaiseRadius(0, n);
+}
+
+template <typename G>
+void Hierarchy<G>::LookAtMoved(double distance, double angle,
+                               const std::function<void(Index, const G&)>& look,
+                               const std::function<void(Index, const G&)>& visit) {
   if (!tracking_) StartTracking();
   MotionBound limit;
   limit.distance = static_cast<float>(distance);
@@ -134,12 +148,12 @@ void Hierarchy<G>::ForEachMoved(double distance, double angle,
     LevelNode<G>& node = levels_[item.l]->nodes[item.index];
     if (!node.alive || node.parent != kNone || node.stamp == visited) continue;
     node.stamp = visited;
-    VisitMoved(item.l, item.index, limit, visit);
+    VisitMoved(item.l, item.index, limit, look, visit);
   }
   const int top = num_levels() - 1;
   for (Index n = 0; n < static_cast<Index>(levels_[top]->nodes.size()); ++n) {
     const LevelNode<G>& node = levels_[top]->nodes[n];
-    if (node.alive && node.stamp != visited) VisitMoved(top, n, limit, visit);
+    if (node.alive && node.stamp != visited) VisitMoved(top, n, limit, look, visit);
   }
 }
 

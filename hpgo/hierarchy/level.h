@@ -33,7 +33,8 @@ struct LevelNode {
   Index scratch = 0;
   double weight = 0;  // k: the sum of the weights of its edges (paper, eq. 1)
   // While motions are tracked, bounds since they were last reported: of this node in its parent's
-  // frame, and of its descendants in its own; and the reach of its descendants from its origin.
+  // frame, and of its descendants in its own; and the reach of its descendants, or of what hangs on
+  // a node of level 0, from its origin.
   MotionBound moved, below;
   float radius = 0;
 };
@@ -54,6 +55,7 @@ struct LevelEdge {
   bool merged = false;           // level 0: is no longer new; above: the term holds a merge
   bool queued = false;           // is in Level::pending
   bool dirty = false;            // is in Level::dirty
+  bool condensed = false;        // level 0: stands for a chain
   Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
 };

@@ -30,6 +30,7 @@ double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy, int* l
     const LevelEdge& edge = level.edges[e];
     if (l > 0 && !edge.merged) hierarchy->Merge(l, e);
     const G Y = hierarchy->RelativePose(l, edge.node[0], edge.node[1]);
+    if (l == 0) hierarchy->Refresh(e, Y);
     if (!LinearizeFactor(hierarchy->FactorOf(l, e), other == kNone, Y, &model)) return;
     if (edge.node[1] == n) {
       sum.A += model.A;

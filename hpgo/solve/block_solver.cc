@@ -17,6 +17,8 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using Clock = std::chrono::steady_clock;
 
+// rad by which an edge may turn in a step: beyond, its linearization says nothing.
+constexpr double kFarTurn = 0.5;
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
@@ -124,13 +126,16 @@ class BlockSolver : public SubproblemSolver<G> {
       if (factorized) {
         const double promised = FindStep(*damping);
         if (std::isinf(result.promised)) result.promised = promised;
-        if (Try(1, cost, promised, &result)) {
-          *damping = LessDamping(*damping, (cost - result.cost) / promised);
+        const double length = std::min(1., kFarTurn / system_.LargestTurn(step_));
+        summary->damped |= length < 1;
+        const double expected = promised * (2 * length - length * length);
+        if (Try(length, cost, expected, &result)) {
+          *damping = LessDamping(*damping, (cost - result.cost) / expected);
           return result;
         }
         if (*damping == 0 && std::isfinite(result.cost)) {
           summary->damped = true;
-          const double t = BestStepLength(promised, result.cost - cost);
+          const double t = length * BestStepLength(expected, result.cost - cost);
           if (t > kShortestStep && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
         }
       }
@@ -144,8 +149,8 @@ class BlockSolver : public SubproblemSolver<G> {
     if (factor.custom != nullptr) return false;
     const G& X_j = problem_->poses[factor.j];
     const G T = factor.i == kWorldFrame ? X_j : problem_->poses[factor.i].Between(X_j);
-    return IsHalfTurn(factor.term->measurement.Between(
-        factor.offset == nullptr ? T : G(T * *factor.offset)));
+    return IsHalfTurn(
+        factor.term->measurement.Between(factor.offset == nullptr ? T : G(T * *factor.offset)));
   }
 
   // The cost has a cliff where an edge stands at the half turn: a step across it looks bad, though

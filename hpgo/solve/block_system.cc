@@ -80,6 +80,28 @@ double BlockSystem<G>::Linearize() {
 }
 
 template <typename G>
+double BlockSystem<G>::LargestTurn(const std::vector<double>& step) const {
+  constexpr int kFirst = G::kDim, kCount = G::kRotationDof;
+  using Rotation = Eigen::Matrix<double, kCount, 1>;
+  // In the world's frame, where the turns of two ends can be compared.
+  const auto turn = [&](int index) -> Rotation {
+    if (!IsFree(index)) return Rotation::Zero();
+    const Rotation own =
+        Eigen::Map<const Rotation>(&step[static_cast<std::size_t>(index) * D + kFirst]);
+    if constexpr (kCount == 1) {
+      return own;
+    } else {
+      return problem_->poses[index].matrix() * own;
+    }
+  };
+  double largest_sq = 0;
+  for (const Factor<G>& factor : problem_->factors) {
+    largest_sq = std::max(largest_sq, (turn(factor.j) - turn(factor.i)).squaredNorm());
+  }
+  return std::sqrt(largest_sq);
+}
+
+template <typename G>
 double BlockSystem<G>::Cost(const std::vector<G>& poses) const {
   double cost = 0;
   for (const Factor<G>& factor : problem_->factors) {

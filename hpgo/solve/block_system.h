@@ -27,6 +27,8 @@ class BlockSystem {
   bool Factorize(double damping) { return cholesky_.Factor(damping); }
   // Solves with the factor: step holds D numbers a free pose.
   void Solve(double* step) const { cholesky_.Solve(step); }
+  // How far, in rad, a step turns the ends of a factor against each other, at most.
+  double LargestTurn(const std::vector<double>& step) const;
   // The cost at other poses.
   double Cost(const std::vector<G>& poses) const;
 

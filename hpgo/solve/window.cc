@@ -114,6 +114,18 @@ void Window<G>::AddFactors() {
         node.parent == kNone ? node.pose : FrameOf(level_ + 1, node.parent) * node.pose);
   }
   before_ = subproblem_.poses;
+  RefreshChains();
+}
+
+// Chains that have been bent since they were linearized; their factors point to the new terms.
+template <typename G>
+void Window<G>::RefreshChains() {
+  if (level_ != 0) return;
+  for (std::size_t k = 0; k < edges_.size(); ++k) {
+    if (hierarchy_->level(0).edges[edges_[k]].condensed) {
+      hierarchy_->Refresh(edges_[k], RelativePose(k));
+    }
+  }
 }
 
 // Nothing holds the window: its first node becomes constant, the last of the list.
@@ -164,6 +176,12 @@ template <typename G>
 G Window<G>::Relative(std::size_t k, const std::vector<G>& poses) const {
   const Factor<G>& factor = subproblem_.factors[k];
   return factor.i == kWorldFrame ? poses[factor.j] : poses[factor.i].Between(poses[factor.j]);
+}
+
+template <typename G>
+void Window<G>::Restart() {
+  before_ = subproblem_.poses;
+  RefreshChains();
 }
 
 template <typename G>

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "gtest/gtest.h"
-#include "hpgo/hierarchy/consistency.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
 
@@ -21,6 +20,7 @@ class AnchorsTest : public testing::Test {
   static OptimizerOptions Options() {
     OptimizerOptions options;
     options.max_top_nodes = 5;
+    options.max_whole_nodes = 0;
     return options;
   }
   // A session of its own: `nodes` nodes with ids from `first`, one an update, in a frame that is
@@ -76,7 +76,7 @@ TYPED_TEST(AnchorsTest, TheYoungerComponentMovesAsAWhole) {
     const NodeId i = in_a(this->rng_), j = 100 + in_b(this->rng_);
     trial % 2 == 0 ? this->AddEdge(i, j) : this->AddEdge(j, i);
     this->optimizer_.Update();
-    ASSERT_EQ(FindInconsistency(this->optimizer_.hierarchy()), "");
+    ASSERT_EQ(this->optimizer_.FindInconsistency(), "");
     for (const auto& [id, pose] : this->truth_) {
       EXPECT_LT(this->Distance(id, pose), 1e-6) << id;
     }
@@ -98,7 +98,7 @@ TYPED_TEST(AnchorsTest, SeveralJoinInOneUpdateThroughNewNodes) {
   this->AddEdge(107, 3);
   this->optimizer_.Update();
   for (const auto& [id, pose] : this->truth_) EXPECT_LT(this->Distance(id, pose), 1e-6) << id;
-  EXPECT_EQ(FindInconsistency(this->optimizer_.hierarchy()), "");
+  EXPECT_EQ(this->optimizer_.FindInconsistency(), "");
 }
 
 TYPED_TEST(AnchorsTest, OneAnchorIsLeftAfterJoining) {

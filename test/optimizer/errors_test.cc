@@ -8,7 +8,6 @@
 
 #include "ceres/sized_cost_function.h"
 #include "gtest/gtest.h"
-#include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer.h"
 
 namespace hpgo {
@@ -31,7 +30,7 @@ class ErrorsTest : public testing::Test {
     EXPECT_EQ(optimizer_.num_nodes(), 2u);
     EXPECT_EQ(optimizer_.num_edges(), 2u);
     EXPECT_LT(optimizer_.Cost(), 1e-20);
-    EXPECT_EQ(FindInconsistency(optimizer_.hierarchy()), "");
+    EXPECT_EQ(optimizer_.FindInconsistency(), "");
   }
 
   static G Step() {

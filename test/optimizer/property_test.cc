@@ -15,7 +15,6 @@
 
 #include "ceres_costs/losses.h"
 #include "gtest/gtest.h"
-#include "hpgo/hierarchy/consistency.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
 
@@ -84,6 +83,8 @@ class Sequence {
     OptimizerOptions options;
     options.max_group_size = 2 + Below(3);
     options.max_top_nodes = 3 + Below(8);
+    options.max_whole_nodes = Chance(0.3) ? 20 : 0;
+    options.condense_chains = Chance(0.8);
     options.window_nodes = Chance(0.5) ? 100 : 8 + Below(15);
     options.window_edges = Chance(0.7) ? 1000 : 20 + Below(50);
     options.max_windows = 1 + Below(6);
@@ -257,7 +258,7 @@ class Sequence {
   // --- What holds after every call.
   void Check() {
     if (grouped_) {
-      EXPECT_EQ(FindInconsistency(optimizer_.hierarchy()), "");
+      EXPECT_EQ(optimizer_.FindInconsistency(), "");
     }
     EXPECT_EQ(optimizer_.num_nodes(), nodes_.size());
     EXPECT_EQ(optimizer_.num_edges(), edges_.size());

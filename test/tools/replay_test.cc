@@ -88,9 +88,10 @@ TEST_F(ReplayCommandTest, PrintsASummaryAndWritesTheEstimate) {
   EXPECT_THAT(result.err, StartsWith("read " + graph + ": 2D, 3 nodes, 3 edges, 0 priors in "));
   EXPECT_THAT(result.err, HasSubstr("wrote " + output + "\n"));
   EXPECT_THAT(result.out, StartsWith("3 updates in "));
-  for (const char* text : {"\nlatency, ms ", "\n  all ", "\n  closures ", "\n  odometry ",
-                           "\n  worst ", "\nlevels, nodes/edges: 3/3\n", "\nmemory: ",
-                           "\nat 100 %: gap ", "\nrefined: gap ", "\nchi2 0.030000\n"}) {
+  for (const char* text :
+       {"\nlatency, ms ", "\n  all ", "\n  closures ", "\n  odometry ", "\n  worst ",
+        "\nlevels over the kept nodes, nodes/edges: ", "\nmemory: ", "\nat 100 %: gap ",
+        "\nrefined: gap ", "\nchi2 0.030000\n"}) {
     EXPECT_THAT(result.out, HasSubstr(text));
   }
   const std::string written = ReadFile(output);
@@ -138,7 +139,7 @@ TEST_F(ReplayCommandTest, AFarOffClosureIsTakenIn) {
     gap = point.at("gap_percent");
   }
   EXPECT_LT(gap, 1);
-  EXPECT_GT(far.at("points").at(0).at("gap_percent"), gap);
+  EXPECT_GE(far.at("points").at(0).at("gap_percent").get<double>(), gap * (1 - 1e-3));
 
   const ProgramResult text = RunProgram({"replay", graph, "--far_closure=1e4"});
   EXPECT_THAT(text.out, HasSubstr("\nclosure 20 -> 399, "));
@@ -178,8 +179,10 @@ TEST_F(ReplayCommandTest, TheJsonHoldsAllFigures) {
   }
   EXPECT_NEAR(sum, latency.at("all").at("wall").at("mean").get<double>(), 1e-4 + 1e-3 * sum);
   EXPECT_GT(figures.at("breakdown_ms").at("worst_update").get<int>(), 300);
-  EXPECT_GT(figures.at("work").at("windows").get<int>(), 0);
-  EXPECT_EQ(figures.at("levels")[0].at("nodes"), 400);
+  EXPECT_GT(figures.at("work").at("top_solves").get<int>(), 0);
+  EXPECT_EQ(figures.at("nodes"), 400);
+  // Chains are condensed: level 0 is the nodes between them.
+  EXPECT_LT(figures.at("levels")[0].at("nodes").get<int>(), 400);
   EXPECT_GT(figures.at("bytes_per_node").get<double>(), 300);
   EXPECT_GT(figures.at("peak_memory_bytes").get<double>(), 1e6);
   EXPECT_TRUE(figures.at("comparisons").empty());
@@ -351,7 +354,8 @@ TEST_F(ReplayCommandTest, PosesNewNodesInAStaleEstimate) {
   const json current = Replay(graph, {"--mode=top", "--max_top_nodes=50"});
   const json stale = Replay(graph, {"--mode=top", "--max_top_nodes=50", "--stale_poses=40"});
   EXPECT_EQ(stale.at("settings").at("stale_poses"), 40);
-  EXPECT_GT(stale.at("chi2").get<double>(), 1.01 * current.at("chi2").get<double>());
+  // New nodes are put where their edges say: nothing is left of the client's old estimate.
+  EXPECT_LT(stale.at("chi2").get<double>(), 1.01 * current.at("chi2").get<double>());
   // One that reads them after every update has the current ones.
   EXPECT_NEAR(Replay(graph, {"--stale_poses=1"}).at("chi2").get<double>(),
               Replay(graph).at("chi2").get<double>(), 1e-9);
@@ -374,13 +378,17 @@ TEST_F(ReplayCommandTest, AThresholdDecidesTheExitCode) {
   Replay(graph, {"--compare_full=100", "--compare_threshold=1"});
   // The top level alone cannot follow.
   const json figures = Replay(
-      graph, {"--mode=top", "--compare_full=100", "--compare_threshold=0.001"}, kExitComparison);
+      graph,
+      {"--mode=top", "--max_top_nodes=20", "--compare_full=100", "--compare_threshold=0.001"},
+      kExitComparison);
   EXPECT_EQ(figures.at("exit_code"), kExitComparison);
   EXPECT_GT(Gap(figures, 0), 0.001);
-  const ProgramResult result = RunProgram(
-      {"replay", graph, "--mode=top", "--compare_full=100", "--compare_threshold=0.001"});
-  Replay(graph, {"--mode=top", "--compare_at=closures:2", "--compare_threshold=0.001"},
-         kExitComparison);
+  const ProgramResult result = RunProgram({"replay", graph, "--mode=top", "--max_top_nodes=20",
+                                           "--compare_full=100", "--compare_threshold=0.001"});
+  Replay(
+      graph,
+      {"--mode=top", "--max_top_nodes=20", "--compare_at=closures:2", "--compare_threshold=0.001"},
+      kExitComparison);
   EXPECT_THAT(result.err, HasSubstr("error: the gap at 100 %, "));
   EXPECT_THAT(result.err, HasSubstr(" %, is above 0.001 %\n"));
 }

@@ -1,0 +1,233 @@
+// A pose graph whose chains are condensed: the hierarchy's level 0 is the kept nodes, and a chain
+// between two of them is one edge there.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hpgo/chains/span_tree.h"
+#include "hpgo/hierarchy/hierarchy.h"
+
+namespace hpgo {
+
+// An edge that Restructure has put on level 0 of the hierarchy.
+struct PlacedEdge {
+  Index edge = kNone;   // of level 0
+  bool is_new = false;  // a measurement that was not there before, not a part of a chain
+};
+
+// Owns the graph as its caller sees it, by indices of its own, and the hierarchy over its kept
+// nodes. A node is kept if it is held, has a prior or three edges or more, or an edge that binds:
+// one that closed a loop when it came, or that no chain can hold (a loss, a cost of the caller's,
+// information that is not positive definite), or is turned too far for one. Any other node with
+// edges is the interior of a chain, or the free end of one that hangs on a single kept node; its
+// pose follows from the kept nodes: the conditional mean, the exact optimum given them. A node
+// without edges is loose and stays where it was put.
+//
+// Changes wait for Restructure, which costs O(log n) each. Not synchronized.
+template <typename G>
+class CondensedGraph {
+ public:
+  // `condense` false: every node is kept.
+  CondensedGraph(const HierarchyOptions& options, bool condense);
+  CondensedGraph(const CondensedGraph&) = delete;
+  CondensedGraph& operator=(const CondensedGraph&) = delete;
+
+  Hierarchy<G>& hierarchy() { return hierarchy_; }
+  const Hierarchy<G>& hierarchy() const { return hierarchy_; }
+
+  // --- The graph.
+  Index AddNode(const G& pose);
+  // From i to j, both alive; i is kNone for a prior on j.
+  Index AddEdge(Index i, Index j, const EdgeData<G>& data);
+  void RemoveEdge(Index edge);
+  void RemoveNode(Index node);  // with its edges
+  // Replaces the measurement of an edge without a cost of its own.
+  void UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term);
+  // A held node does not move.
+  void SetHeld(Index node, bool held);
+  bool IsHeld(Index node) const { return nodes_[node].held; }
+
+  Index num_nodes() const { return num_nodes_; }
+  Index num_edges() const { return num_edges_; }
+  // Past the largest index of an edge ever given.
+  Index end_of_edges() const { return static_cast<Index>(edges_.size()); }
+  bool IsEdge(Index edge) const { return edge < end_of_edges() && edges_[edge].alive; }
+  std::uint32_t Generation(Index edge) const { return edges_[edge].generation; }
+  Index End(Index edge, int side) const { return edges_[edge].node[side]; }
+  int Degree(Index node) const { return nodes_[node].degree; }
+  // visit(edge, other end or kNone), newest first.
+  template <typename Visitor>
+  void ForEachEdgeOf(Index node, Visitor&& visit) const {
+    for (Index e = nodes_[node].first_edge; e != kNone;) {
+      const Edge& edge = edges_[e];
+      const int side = edge.node[1] == node;
+      const Index next = edge.next[side];
+      visit(e, edge.node[1 - side]);
+      e = next;
+    }
+  }
+  ceres_costs::FactorTerm<G> FactorOf(Index edge) const;
+
+  // --- Poses: T_world_node. O(levels + log n) each.
+  G WorldPose(Index node);
+  void SetWorldPose(Index node, const G& pose);
+  G RelativePose(Index edge);
+  // visit(node, pose) for all nodes; visit(edge, relative pose of its ends) for all edges, priors
+  // with T_world_node. O(nodes + edges).
+  void ForEachPose(const std::function<void(Index, const G&)>& visit);
+  void ForEachRelativePose(const std::function<void(Index, const G&)>& visit);
+  // As Hierarchy::ForEachMoved, interiors among them.
+  void ForEachMoved(double distance, double angle,
+                    const std::function<void(Index, const G&)>& visit);
+
+  // --- Level 0.
+  // What the model of a chain may miss, in sqrt(chi2), before it is linearized anew.
+  void SetTolerance(double tolerance) { tolerance_ = tolerance; }
+  // Takes in all changes: finds the kept nodes, cuts and joins chains, and puts edges on level 0.
+  // New nodes without a held one or an older one in their component get a kept one, their first.
+  void Restructure();
+  // Whether something waits for it.
+  bool has_changes() const { return !touched_.empty(); }
+  // Linearizes all chains anew where they are, for those who want the very optimum. O(edges).
+  void SettleAll();
+  // What the last Restructure has placed.
+  const std::vector<PlacedEdge>& placed() const { return placed_; }
+  // New nodes since the last Restructure that begin a component.
+  bool has_new_component() const { return has_new_component_; }
+  bool IsKept(Index node) const { return nodes_[node].level_node != kNone; }
+  Index LevelNodeOf(Index node) const { return nodes_[node].level_node; }
+  Index NodeOfLevel(Index level_node) const { return node_of_level_[level_node]; }
+  // The edge that is one of level 0 by itself; kNone if that is a chain.
+  Index EdgeOfLevel(Index level_edge) const;
+  // The edge of level 0 that an edge is, or is a part of; kNone if it hangs free or is new.
+  Index LevelEdgeOf(Index edge) const;
+  // The nodes that the last Restructure has kept for want of another kept one: each the first of
+  // its component.
+  const std::vector<Index>& roots() const { return roots_; }
+  // For messages: the first and last node of an edge of level 0.
+  Index EndOfLevel(Index level_edge, int side) const {
+    const Index n = hierarchy_.level(0).edges[level_edge].node[side];
+    return n == kNone ? kNone : node_of_level_[n];
+  }
+  // A kept node of the same component: the node itself, or an end of its chain; kNone if loose or
+  // not yet restructured.
+  Index KeptNear(Index node) const;
+  std::size_t MemoryBytes() const;
+  // Empty if all is well, else the first thing wrong; for tests.
+  std::string FindInconsistency();
+
+ private:
+  // Where the data of an edge is.
+  enum class Place : std::uint8_t {
+    kNew,    // in new_data_
+    kLevel,  // an edge of level 0
+    kChain,  // a part of a chain
+  };
+  struct Node {
+    Index first_edge = kNone, degree = 0;  // priors among them
+    Index level_node = kNone;              // kNone: not kept
+    Index binding = 0;                     // priors and edges that bind
+    std::uint32_t born = 0;                // orders the nodes by age
+    bool alive = false;
+    bool held = false;
+    bool root = false;      // kept for want of another kept node in its component
+    bool touched = false;   // is in touched_
+    bool loose = false;     // its pose is in loose_
+    bool reported = false;  // its pose is in reported_
+  };
+  struct Edge {
+    Index node[2] = {kNone, kNone};
+    Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};
+    Index at = kNone;  // the edge of level 0, or of the span tree
+    std::uint32_t generation = 0;
+    Place place = Place::kNew;
+    bool alive = false;
+    bool binds = false;
+  };
+  // A chain: from node[0] to node[1].
+  struct Chain {
+    Index node[2] = {kNone, kNone};
+    Index root = kNone;        // its spans
+    Index level_edge = kNone;  // kNone: an end is free
+    G T_kept_free;             // where one end is free: the measurements composed
+    float length = 0;          // then, in m
+    std::uint32_t stamp = 0;   // of the last ForEachMoved that looked at it
+    bool alive = false;
+    bool changed = false;   // is in changed_
+    bool is_new = false;    // holds an edge that was not there before
+    bool composed = false;  // T_kept_free is up to date
+  };
+
+  // condensed_graph_edit.cc
+  void Link(Index edge);
+  void Unlink(Index edge);
+  void Touch(Index node);
+  bool Binds(const EdgeData<G>& data) const;
+  bool WantsKept(Index node) const;
+
+  // condensed_graph_restructure.cc
+  Index NewChain(Index from, Index to, Index root);
+  void FreeChain(Index chain);
+  void MarkChanged(Index chain);
+  void DropLevelEdge(Index chain);
+  Index ChainOf(Index edge) const { return spans_.OwnerOf(spans_.RootOf(edges_[edge].at)); }
+  void CutAt(Index node);
+  void Keep(Index node);
+  void Release(Index node);
+  void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
+  void MakeChainOf(Index edge, const ceres_costs::RelativePoseTerm<G>& term, bool is_new);
+  void JoinAt(Index node);
+  void FinishChain(Index chain);
+  bool Refresh(Index level_edge, const G& T);
+  void Bind(Index edge);
+  void BindTwisted();
+  std::vector<Index> LooseByAge() const;
+  void PoseNewNodes(const std::vector<Index>& loose);
+  void FindRoots(const std::vector<Index>& loose);
+
+  // condensed_graph_poses.cc
+  bool IsEnd(const Chain& chain, int side) const { return IsKept(chain.node[side]); }
+  G TargetOf(Chain& chain);
+  G OriginOf(const Chain& chain, const G& T);
+  G InteriorPose(Index node);
+  template <typename Visitor>
+  void ForEachInterior(Chain& chain, Visitor&& visit);
+  void ComposeFreeEnd(Chain* chain);
+  void NoteReach(const Chain& chain, bool moved);
+
+  Hierarchy<G> hierarchy_;
+  const bool condense_;
+  SpanTree<G> spans_;
+  double tolerance_ = 0;
+  ChunkedVector<Node> nodes_;
+  ChunkedVector<Edge> edges_;
+  ChunkedVector<Index> node_of_level_;  // by node of level 0
+  ChunkedVector<Index> edge_of_level_;  // by edge of level 0: an edge, or ~chain
+  std::vector<Chain> chains_;
+  std::vector<Index> free_nodes_, free_edges_, free_chains_;
+  Index num_nodes_ = 0, num_edges_ = 0;
+  std::uint32_t next_born_ = 0;
+  // Changes since the last Restructure.
+  std::map<Index, EdgeData<G>> new_data_;  // of new edges
+  std::map<Index, G> loose_;               // poses of nodes that are neither kept nor in a chain
+  std::vector<Index> touched_;             // nodes
+  std::vector<Index> changed_;             // chains
+  std::vector<Index> roots_;               // nodes that the last Restructure kept as roots
+  bool has_new_component_ = false;
+  std::vector<PlacedEdge> placed_;
+  // While motions are tracked: T_world_node as last visited.
+  bool tracking_ = false;
+  std::uint32_t moved_stamp_ = 0;
+  ChunkedVector<G> reported_;      // by node
+  std::vector<Index> unreported_;  // nodes to look at whatever moves
+};
+
+extern template class CondensedGraph<ceres_costs::SE2>;
+extern template class CondensedGraph<ceres_costs::SE3>;
+
+}  // namespace hpgo

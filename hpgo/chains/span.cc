@@ -1,0 +1,159 @@
+#include "hpgo/chains/span.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "Eigen/Cholesky"
+#include "ceres_costs/factor_term.h"
+#include "hpgo/hierarchy/coarse_edge.h"
+
+namespace hpgo {
+
+using ceres_costs::PackedSymmetric;
+using ceres_costs::QuadraticModel;
+using ceres_costs::RelativePoseTerm;
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+namespace {
+
+constexpr double kReach = 0.5;  // rad; of a turn by which a linearization says something
+
+// Ad(T_b_c^-1): what a perturbation at b does at c.
+template <typename G>
+typename G::Matrix Transport(const G& T_b_c) {
+  return T_b_c.InverseAdjoint();
+}
+
+// Of the error's Jacobian. At the half turn, where it is singular, a large one.
+Eigen::Matrix3d Inverse(const Eigen::Matrix3d& J) {
+  constexpr double kSingular = 1e-6;
+  if (std::abs(J.determinant()) > kSingular) return J.inverse();
+  return (J + 1e-2 * Eigen::Matrix3d::Identity()).inverse();
+}
+template <typename G>
+typename G::Matrix InverseJacobian(ceres_costs::ErrorConvention convention,
+                                   const typename G::Matrix& J) {
+  if constexpr (G::kDof == 3) {
+    return Inverse(J);
+  } else {
+    if (convention == ceres_costs::ErrorConvention::kTwist) return J.inverse();
+    // A rotation, and what the rotational error does.
+    typename G::Matrix B = G::Matrix::Zero();
+    B.template topLeftCorner<3, 3>() = J.template topLeftCorner<3, 3>().transpose();
+    B.template bottomRightCorner<3, 3>() = Inverse(J.template bottomRightCorner<3, 3>());
+    return B;
+  }
+}
+
+template <typename G>
+typename G::Matrix Symmetric(const typename G::Matrix& m) {
+  return 0.5 * (m + m.transpose());
+}
+
+}  // namespace
+
+template <typename G>
+SpanModel<G> EdgeSpan(const EdgeMeasurement<G>& edge, const G& Y,
+                      ceres_costs::ErrorConvention convention) {
+  typename G::Matrix J;
+  const typename G::Tangent e =
+      RelativePoseError(convention, edge.measurement, edge.reversed ? Y.Inverse() : Y, &J);
+  // As many errors as degrees of freedom: the best d is -J^-1 e, with covariance J^-1 C J^-T.
+  typename G::Matrix B = InverseJacobian<G>(convention, J);
+  if (edge.reversed) B = -Transport(Y) * B;  // T_next_previous moves by -Ad(Y) d where Y moves by d
+  SpanModel<G> span;
+  span.T = Y;
+  span.length = static_cast<float>(Y.translation().norm());
+  const typename G::Matrix covariance = B * edge.covariance.Dense() * B.transpose();
+  span.covariance = PackedSymmetric<G::kDof>(Symmetric<G>(covariance));
+  span.shift = -(B * e);
+  return span;
+}
+
+template <typename G>
+SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second) {
+  return Join(first, second, {first.T, second.T});
+}
+
+template <typename G>
+SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const SplitPose<G>& at) {
+  const typename G::Matrix M = Transport(at.second);
+  SpanModel<G> span;
+  span.T = (at.first * at.second).Normalized();
+  span.shift = M * ShiftAt(first, at.first) + ShiftAt(second, at.second);
+  const typename G::Matrix covariance =
+      M * first.covariance.Dense() * M.transpose() + second.covariance.Dense();
+  span.covariance = PackedSymmetric<G::kDof>(Symmetric<G>(covariance));
+  span.length = first.length + second.length;
+  return span;
+}
+
+template <typename G>
+SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c) {
+  const typename G::Matrix M = Transport(second.T);
+  const typename G::Tangent shift = M * first.shift + second.shift;
+  const typename G::Tangent innovation = (first.T * second.T).LocalCoordinates(T_a_c) - shift;
+  const typename G::Matrix gain = first.covariance.Dense() * M.transpose();
+  const typename G::Matrix sum = M * gain + second.covariance.Dense();
+  SplitPose<G> split;
+  split.first = first.T.Retract(first.shift + gain * sum.llt().solve(innovation));
+  split.second = split.first.Between(T_a_c);
+  return split;
+}
+
+template <typename G>
+double MissedAt(const SpanModel<G>& model, const G& T) {
+  constexpr double kShortest = 1e-9;  // m
+  constexpr double kNothing = 1e-6;   // of a bend
+  const typename G::Tangent d = model.T.LocalCoordinates(T);
+  const double bend =
+      std::max(d.template tail<G::kRotationDof>().norm(),
+               d.template head<G::kDim>().norm() / std::max<double>(model.length, kShortest));
+  if (bend < kNothing) return 0;
+  const Eigen::LLT<typename G::Matrix> llt(model.covariance.Dense());
+  double deviation_sq = 0;
+  for (const G* at : {&T, &model.T}) {
+    const typename G::Tangent deviation = ShiftAt(model, *at);
+    deviation_sq = std::max(deviation_sq, deviation.dot(llt.solve(deviation)));
+  }
+  return bend * std::sqrt(deviation_sq);
+}
+
+template <typename G>
+bool IsTwisted(const G& measurement, const G& T_i_j) {
+  const typename G::Tangent d = measurement.LocalCoordinates(T_i_j);
+  return d.template tail<G::kRotationDof>().norm() > kReach;
+}
+
+template <typename G>
+G TowardsWithinReach(const SpanModel<G>& model, const G& T) {
+  const typename G::Tangent d = model.T.LocalCoordinates(T);
+  const double turn = d.template tail<G::kRotationDof>().norm();
+  return turn <= kReach ? T : model.T.Retract(kReach / turn * d);
+}
+
+template <typename G>
+RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
+  QuadraticModel<G> model;
+  const typename G::Matrix covariance = span.covariance.Dense();
+  model.A = Symmetric<G>(covariance.llt().solve(G::Matrix::Identity()));
+  model.b = -model.A * ShiftAt(span, T);
+  return TermFromModel(model, SemiDefiniteInverse<G>(model.A), T);
+}
+
+#define HPGO_INSTANTIATE(G)                                                                  \
+  template SpanModel<G> EdgeSpan(const EdgeMeasurement<G>&, const G&,                        \
+                                 ceres_costs::ErrorConvention);                              \
+  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                      \
+  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&); \
+  template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&);      \
+  template double MissedAt(const SpanModel<G>&, const G&);                                   \
+  template bool IsTwisted(const G&, const G&);                                               \
+  template G TowardsWithinReach(const SpanModel<G>&, const G&);                              \
+  template RelativePoseTerm<G> TermOfSpan(const SpanModel<G>&, const G&);
+HPGO_INSTANTIATE(SE2)
+HPGO_INSTANTIATE(SE3)
+#undef HPGO_INSTANTIATE
+
+}  // namespace hpgo

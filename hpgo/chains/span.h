@@ -1,0 +1,79 @@
+// The mathematics of a chain of poses: a stretch of it as one relative-pose measurement.
+#pragma once
+
+#include "ceres_costs/packed_symmetric.h"
+#include "ceres_costs/relative_pose_error.h"
+#include "hpgo/hierarchy/level.h"
+
+namespace hpgo {
+
+// A stretch of a chain from its first node a to its last node b, the nodes between eliminated: the
+// best relative pose of its ends, with the covariance of a right perturbation of T_a_b. Covariances
+// add up along a chain, which keeps all digits; information does not (closure studies: 1e-13
+// against 3e-4 after 100,000 edges). Equal to the Schur complement of the interior at the
+// linearization point.
+template <typename G>
+struct SpanModel {
+  G T;                                             // T_a_b where the edges were linearized
+  typename G::Tangent shift = G::Tangent::Zero();  // the perturbation of T that the edges prefer
+  ceres_costs::PackedSymmetric<G::kDof> covariance;
+  float length = 0;  // of the path at T, in m
+};
+
+// The perturbation of another T_a_b that the edges prefer.
+template <typename G>
+typename G::Tangent ShiftAt(const SpanModel<G>& model, const G& T) {
+  return model.shift - model.T.LocalCoordinates(T);
+}
+
+// An edge of a chain: its measurement, and the inverse of its information. `reversed`: the chain
+// runs against the measurement, which is of T_next_previous.
+template <typename G>
+struct EdgeMeasurement {
+  G measurement;
+  ceres_costs::PackedSymmetric<G::kDof> covariance;
+  bool reversed = false;
+};
+
+// It as a stretch, at its current relative pose Y = T_previous_next along the chain.
+template <typename G>
+SpanModel<G> EdgeSpan(const EdgeMeasurement<G>& edge, const G& Y,
+                      ceres_costs::ErrorConvention convention);
+
+// T_a_b and T_b_c, where T_a_c is cut at b.
+template <typename G>
+struct SplitPose {
+  G first, second;
+};
+
+// `first` then `second`, linearized where each of them is, or at `at`.
+template <typename G>
+SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second);
+template <typename G>
+SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const SplitPose<G>& at);
+
+// The conditional mean of the node between two stretches, given T_a_c of the outer ends.
+template <typename G>
+SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c);
+
+// What the model may miss at T, in sqrt(chi2): how far T bends the stretch against where it was
+// linearized (rad, or m per m of its length), times the whitened deviation from the mean, there or
+// at T. Its covariance turns by the one, and pulls with the other; and what the mean was found by
+// turns, too.
+template <typename G>
+double MissedAt(const SpanModel<G>& model, const G& T);
+
+// Whether an edge is turned against its measurement by more than a linearization can reach.
+template <typename G>
+bool IsTwisted(const G& measurement, const G& T_i_j);
+
+// The way from where the model was linearized to T, or as much of it as a linearization can go.
+template <typename G>
+G TowardsWithinReach(const SpanModel<G>& model, const G& T);
+
+// The model as a relative-pose term in the coarse convention, whose gradient and Hessian at T are
+// those of the model.
+template <typename G>
+ceres_costs::RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& model, const G& T);
+
+}  // namespace hpgo

@@ -1,0 +1,149 @@
+// Chains as balanced trees of spans, so that one is cut or joined in O(log n).
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include "hpgo/chains/span.h"
+#include "hpgo/hierarchy/chunked_vector.h"
+
+namespace hpgo {
+
+// An edge that is part of a chain.
+template <typename G>
+struct ChainEdge {
+  ceres_costs::RelativePoseTerm<G> term;
+  ceres_costs::PackedSymmetric<G::kDof> covariance;  // the inverse of its information
+  G Y;                    // T_previous_next along the chain, where it is linearized
+  Index edge = kNone;     // its name elsewhere
+  Index leaf = kNone;     // the span that holds it
+  bool reversed = false;  // the chain runs against its measurement
+};
+
+// All chains of a graph. A chain is a tree whose leaves hold up to kLeafEdges edges in order; every
+// span holds its model, computed from what is below when it was last linearized (`stale`: to be
+// computed anew when next asked for). Heights are balanced as in an AVL tree. Not synchronized.
+template <typename G>
+class SpanTree {
+ public:
+  explicit SpanTree(ceres_costs::ErrorConvention convention) : convention_(convention) {}
+
+  // --- Edges.
+  // A new edge, linearized at its measurement, and a tree of it alone.
+  Index AddEdge(const ceres_costs::RelativePoseTerm<G>& term, Index name, bool reversed);
+  void FreeEdge(Index edge);
+  const ChainEdge<G>& edge(Index edge) const { return edges_[edge]; }
+  // Another measurement: what lies above is computed anew.
+  void SetTerm(Index edge, const ceres_costs::RelativePoseTerm<G>& term);
+  // The span of the edge alone.
+  Index NewLeaf(Index edge);
+
+  // --- Trees, named by their roots.
+  Index RootOf(Index edge) const;
+  // The chain of `first` followed by `second`; kNone is an empty one. O(difference in height).
+  Index Concatenate(Index first, Index second);
+  // Takes a tree apart at an edge: what comes before it, and what comes after; the edge itself
+  // belongs to neither. O(log n).
+  void Split(Index edge, Index* before, Index* after);
+  // The same chain the other way round. O(n).
+  Index Reversed(Index root);
+  void FreeTree(Index root);
+  // What the owner of a tree wants to find again from its root.
+  void SetOwner(Index root, Index owner) { spans_[root].parent = ~owner - 1; }
+  Index OwnerOf(Index root) const { return ~(spans_[root].parent + 1); }
+  Index FirstEdge(Index root) const;
+  Index LastEdge(Index root) const;
+  int HeightOf(Index root) const { return spans_[root].height; }
+  bool IsSingle(Index root) const { return spans_[root].height == 0 && spans_[root].count == 1; }
+
+  // --- Models.
+  const SpanModel<G>& Model(Index root);
+  // Puts every edge where its measurement says, which is where a chain with a free end rests;
+  // returns T of the ends there. O(n).
+  G Relax(Index root);
+  // Computes the models of all but the last leaf and the spans above it, which grow: so that a
+  // chain that ends pays for no more than that. O(1) an edge, all told.
+  void PrepareFirst(Index root);
+  // Linearizes anew, with T of the ends of the chain, every stretch whose model may miss more than
+  // `tolerance`, in sqrt(chi2) (MissedAt). Returns the number of edges linearized.
+  int Settle(Index root, const G& T, double tolerance);
+  // The same of every stretch, until nothing moves any more.
+  void SettleAll(Index root, const G& T);
+  // The names of edges that Settle has found turned against their measurements by more than a
+  // linearization can reach: no part for a chain.
+  std::vector<Index> TakeTwisted() { return std::exchange(twisted_, {}); }
+  // An edge given T of the ends of its chain: T_first_previous, and T_previous_next, the
+  // conditional means. O(log n).
+  SplitPose<G> PoseOf(Index edge, const G& T);
+  // visit(edge, Y): in order along the chain, with the conditional means of the relative poses.
+  template <typename Visitor>
+  void ForEachEdge(Index root, const G& T, Visitor&& visit) {
+    VisitSpan(root, T, visit);
+  }
+
+  std::size_t MemoryBytes() const {
+    return spans_.MemoryBytes() + edges_.MemoryBytes() +
+           (free_spans_.capacity() + free_edges_.capacity()) * sizeof(Index);
+  }
+  // Empty if all is well, else what is wrong with the tree below `root`.
+  const char* Inconsistency(Index root) const;
+
+ private:
+  static constexpr int kLeafEdges = 16;
+
+  struct Span {
+    SpanModel<G> model;
+    Index parent = kNone;     // of a root: below kNone, see SetOwner
+    Index items[kLeafEdges];  // of a leaf: its edges; else its two children first
+    std::int16_t height = 0;  // 0: a leaf
+    std::int16_t count = 0;   // of items
+    bool stale = true;
+  };
+
+  Index NewSpan();
+  void FreeSpan(Index span);
+  Index MakeInner(Index left, Index right);
+  void Adopt(Index span);
+  Index Balanced(Index left, Index right);
+  void MarkStale(Index span);
+  SpanModel<G> ModelOf(const ChainEdge<G>& edge) const {
+    return EdgeSpan<G>({edge.term.measurement, edge.covariance, edge.reversed}, edge.Y,
+                       convention_);
+  }
+  void ComputeLeaf(Span* leaf);
+  // The conditional means of the relative poses of a leaf's edges.
+  void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
+  struct Settled {
+    int edges = 0;
+    double turn = 0;  // the largest of an edge, in rad
+  };
+  void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
+  Index Height(Index span) const { return spans_[span].height; }
+
+  template <typename Visitor>
+  void VisitSpan(Index s, const G& T, Visitor& visit) {
+    Model(s);
+    const Span& span = spans_[s];
+    if (span.height == 0) {
+      G poses[kLeafEdges];
+      DistributeLeaf(span, T, poses);
+      for (int k = 0; k < span.count; ++k) visit(span.items[k], poses[k]);
+      return;
+    }
+    const SplitPose<G> split =
+        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
+    VisitSpan(span.items[0], split.first, visit);
+    VisitSpan(span.items[1], split.second, visit);
+  }
+
+  ceres_costs::ErrorConvention convention_;
+  ChunkedVector<Span, 6> spans_;
+  ChunkedVector<ChainEdge<G>> edges_;
+  std::vector<Index> free_spans_, free_edges_;
+  std::vector<Index> twisted_;
+};
+
+extern template class SpanTree<ceres_costs::SE2>;
+extern template class SpanTree<ceres_costs::SE3>;
+
+}  // namespace hpgo
