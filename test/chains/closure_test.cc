@@ -65,7 +65,7 @@ TYPED_TEST(ClosureTest, WithoutChainsItIsFarOff) {
   options.condense_chains = false;
   options.max_whole_nodes = 0;
   options.max_top_nodes = 150;
-  EXPECT_GT(this->LargestGap(options, 100, 2, 390), 1);
+  EXPECT_GT(this->LargestGap(options, 100, 2, 390), 0.5);
   EXPECT_EQ(this->kept_, 800);
 }
 
