@@ -53,6 +53,7 @@ class BlockSolver : public SubproblemSolver<G> {
     }
     const std::vector<G> original(problem->poses.begin(),
                                   problem->poses.begin() + problem->num_free);
+    bool stalled = false;  // the last step gained next to nothing
     while (summary.iterations < options.max_iterations && problem->num_free > 0) {
       if (options.cancel != nullptr && *options.cancel) {
         summary.status = Status(StatusCode::kInterrupted, "cancelled");
@@ -73,10 +74,12 @@ class BlockSolver : public SubproblemSolver<G> {
       cost = step.cost;
       summary.predicted_decrease += step.predicted;
       if (options.progress) options.progress(summary.iterations, cost);
-      if (decrease <= negligible(cost)) {
+      const bool stalled_before = std::exchange(stalled, decrease <= negligible(cost));
+      if (stalled && (step.damping == 0 || stalled_before)) {
         summary.converged = true;
         break;
       }
+      if (stalled) damping = 0;  // which may have held back what is left to gain
       if (summary.iterations < options.max_iterations) Linearize();
     }
     for (int k = 0; k < problem->num_free; ++k) {
@@ -100,6 +103,7 @@ class BlockSolver : public SubproblemSolver<G> {
     bool accepted = false;
     double cost = 0;
     double predicted = 0;
+    double damping = 0;  // of the accepted step
     // The decrease predicted for the least damped step that could be computed.
     double promised = std::numeric_limits<double>::infinity();
   };
@@ -130,6 +134,7 @@ class BlockSolver : public SubproblemSolver<G> {
         summary->damped |= length < 1;
         const double expected = promised * (2 * length - length * length);
         if (Try(length, cost, expected, &result)) {
+          result.damping = *damping;
           *damping = LessDamping(*damping, (cost - result.cost) / expected);
           return result;
         }
@@ -139,7 +144,7 @@ class BlockSolver : public SubproblemSolver<G> {
           if (t > kShortestStep && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
         }
       }
-      *damping = MoreDamping(*damping, factorized);
+      *damping = factorized ? DampingToShrink(*damping) : MoreDamping(*damping, false);
     }
     return result;
   }
@@ -233,9 +238,34 @@ class BlockSolver : public SubproblemSolver<G> {
     return result->accepted;
   }
 
+  // More damping, for the step from here to be kShrink times as long as step_: a Newton iteration
+  // on 1 / |d(damping)| (More and Sorensen, 1983) with lengths |d|^2 = d' diag(H) d. The modes that
+  // make a step long decide how much that is: those of a long chain have eigenvalues of 1e-15 of
+  // the diagonal, and an amount that suits other graphs would freeze them.
+  double DampingToShrink(double damping) {
+    constexpr double kShrink = 0.3;
+    constexpr double kRounding = 1e-15;  // less would be lost in the sum
+    scaled_.resize(step_.size());
+    double squared = 0;
+    for (int k = 0; k < problem_->num_free; ++k) {
+      const std::size_t at = static_cast<std::size_t>(k) * G::kDof;
+      const Vector d(&step_[at]);
+      Vector scaled(&scaled_[at]);
+      scaled = system_.Diagonal(k).diagonal().cwiseProduct(d);
+      squared += scaled.dot(d);
+    }
+    shifted_ = scaled_;
+    system_.Solve(shifted_.data());
+    double slope = 0;  // d' D (H + damping D)^-1 D d
+    for (std::size_t k = 0; k < scaled_.size(); ++k) slope += scaled_[k] * shifted_[k];
+    const double more = (1 / kShrink - 1) * squared / slope;
+    return std::max({10 * damping, std::isfinite(more) ? damping + more : 0, kRounding});
+  }
+
   Subproblem<G>* problem_ = nullptr;
   BlockSystem<G> system_;
   std::vector<double> step_;
+  std::vector<double> scaled_, shifted_;  // workspace of DampingToShrink
   std::vector<G> trial_;
 };
 

@@ -402,6 +402,41 @@ TYPED_TEST(BlockSolverTest, AStepThatOvershootsIsShortened) {
   EXPECT_NEAR(problem.poses[0].data()[0], 0, 1e-6);
 }
 
+// Straight, with one closure from end to end: bending it takes forces of 1e-12 of the diagonal.
+TEST(BlockSolverLongChainTest, EndsWhereCeresDoes) {
+  constexpr int kNodes = 5000;
+  constexpr double kStep = 0.1;
+  for (const unsigned seed : {1, 2, 3, 4}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    std::mt19937_64 rng(seed);
+    std::normal_distribution<double> shift(0, 0.01), turn(0, 0.005);
+    std::deque<RelativePoseTerm<SE2>> terms;
+    Subproblem<SE2> problem;
+    const auto add = [&](int i, int j, const SE2& measured) {
+      terms.push_back({measured, PackedSymmetric<3>(100 * SE2::Matrix::Identity())});
+      Factor<SE2>& factor = problem.factors.emplace_back();
+      factor.term = &terms.back();
+      factor.i = i;
+      factor.j = j;
+    };
+    for (int k = 0; k <= kNodes; ++k) problem.poses.push_back(SE2(kStep * (k - kNodes), 0, 0));
+    problem.num_free = kNodes;  // the end is held
+    for (int k = 0; k < kNodes; ++k) {
+      add(k, k + 1, SE2(kStep + shift(rng), shift(rng), turn(rng)));
+    }
+    add(0, kNodes, SE2(kStep * kNodes, 0, 0));
+
+    SubproblemOptions options;
+    options.max_iterations = 200;
+    Subproblem<SE2> by_ceres = problem;
+    const SubproblemSummary expected = MakeCeresSolver<SE2>()->Solve(options, &by_ceres);
+    const SubproblemSummary actual = MakeBlockSolver<SE2>()->Solve(options, &problem);
+    EXPECT_TRUE(expected.converged);
+    EXPECT_TRUE(actual.converged) << actual.iterations << " iterations";
+    EXPECT_LE(actual.final_cost, expected.final_cost * (1 + 1e-6));
+  }
+}
+
 TYPED_TEST(BlockSolverTest, AFailedSolveLeavesThePosesAsTheyWere) {
   using G = TypeParam;
   for (const int good : {0, 1}) {  // fails at the start, at every step
