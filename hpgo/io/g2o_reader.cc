@@ -21,10 +21,10 @@ int Dimension(std::string_view text) {
   return 0;
 }
 
-// What is wrong with a text that is no graph at all; empty if nothing known is.
-std::string DescribeOther(std::string_view text, int dimension) {
+// What a text is of which no line is a record; empty if it looks like nothing known.
+std::string DescribeOther(std::string_view text) {
   const std::string binary = DescribeBinary(text);
-  return !binary.empty() || dimension != 0 ? binary : DescribeText(text);
+  return binary.empty() ? DescribeText(text) : binary;
 }
 
 template <typename G>
@@ -44,7 +44,7 @@ Result<AnyGraphFile> ParseG2o(std::string_view text, const std::string& name,
   if (report == nullptr) report = &unused;
   text = WithoutByteOrderMark(text);
   const int dimension = Dimension(text);
-  const std::string other = DescribeOther(text, dimension);
+  const std::string other = dimension == 0 ? DescribeOther(text) : "";
   if (!other.empty()) {
     MessageLog log(name, options);
     log.Error(0, other, {});

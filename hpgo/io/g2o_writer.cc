@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "hpgo/io/g2o_formatter.h"
+#include "hpgo/io/input_text.h"
 #include "hpgo/io/line_fields.h"
 #include "hpgo/io/output_file.h"
 
@@ -183,9 +184,12 @@ class G2oFileWriter {
         break;
       }
       case RecordKind::kVerbatim:
+        // A reader would take its first bytes for the file's mark.
+        if (at_begin_ && HasFileMark(file_.verbatim[k])) *text_ += '\n';
         *text_ += file_.verbatim[k] + "\n";
         break;
     }
+    at_begin_ = false;
     if (out_ != nullptr) out_->FlushIfLarge();
   }
 
@@ -208,6 +212,7 @@ class G2oFileWriter {
   const PriorPlan<G> plan_;
   std::vector<int> added_nodes_;
   std::vector<NodeId> added_fix_;
+  bool at_begin_ = true;
   int edges_written_ = 0, priors_written_ = 0;
 };
 

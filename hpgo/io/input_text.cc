@@ -62,7 +62,7 @@ class Buffer {
 };
 
 bool IsGzip(std::string_view text) {
-  return text.size() > 2 && text[0] == '\x1f' && text[1] == '\x8b';
+  return text.size() > 1 && text[0] == '\x1f' && text[1] == '\x8b';
 }
 
 // Unpacks all members of a gzip file; zeros may fill it up, as tapes do.
@@ -131,6 +131,10 @@ Result<InputText> InputText::Read(const std::string& path) {
 
 std::string_view InputText::text() const {
   return WithoutByteOrderMark(std::string_view(data_.get(), size_));
+}
+
+bool HasFileMark(std::string_view text) {
+  return IsGzip(text) || WithoutByteOrderMark(text).size() < text.size();
 }
 
 std::string_view WithoutByteOrderMark(std::string_view text) {

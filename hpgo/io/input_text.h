@@ -27,6 +27,9 @@ class InputText {
   std::string name_;
 };
 
+// Whether a file that begins so is not read as it stands: after a byte order mark, or as gzip.
+bool HasFileMark(std::string_view text);
+
 // Without a UTF-8 byte order mark.
 std::string_view WithoutByteOrderMark(std::string_view text);
 

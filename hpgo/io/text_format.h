@@ -6,7 +6,7 @@
 
 namespace hpgo {
 
-// "looks like an archive (ZIP), unpack it first", for bytes that no reader of text can use: other
+// "looks like a ZIP archive, unpack it first", for bytes that no reader of text can use: other
 // compressed files, UTF-16 and UTF-32, databases, pictures. Empty for text.
 std::string DescribeBinary(std::string_view content);
 

@@ -140,9 +140,10 @@ Result<Trajectory> ParseTrajectory(std::string_view text, const std::string& nam
   ReadReport unused;
   if (report == nullptr) report = &unused;
   text = WithoutByteOrderMark(text);
-  const std::string binary = DescribeBinary(text);
-  if (!binary.empty()) return Status(StatusCode::kMalformed, name + ": " + binary);
   if (format == TrajectoryFormat::kAuto) format = DetectFormat(text);
+  // Of a graph, the reader of graphs says it.
+  const std::string binary = format == TrajectoryFormat::kG2o ? "" : DescribeBinary(text);
+  if (!binary.empty()) return Status(StatusCode::kMalformed, name + ": " + binary);
   if (format == TrajectoryFormat::kAuto) {
     return Status(StatusCode::kMalformed, name + ": " + DescribeOther(text));
   }

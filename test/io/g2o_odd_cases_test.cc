@@ -254,6 +254,18 @@ TEST(OddCases, IndefiniteInformationIsAnErrorOrProjected) {
   EXPECT_NEAR(m(2, 2), 4, 1e-12);
 }
 
+// Metres and radians share the matrix: how small an eigenvalue is says nothing beside another
+// unit's.
+TEST(OddCases, ANegativeWeightIsAnErrorBesideAnyOther) {
+  EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0 -1 0 0 -1 0 1e10\n")),
+            "f:3: information is not positive semi-definite, smallest eigenvalue -1 "
+            "(--project_information takes the nearest that is): '-1 0 0 -1 0 1e10'");
+  EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1e10\n")),
+            "f:3: information is not positive semi-definite, smallest eigenvalue -1 "
+            "(--project_information takes the nearest that is): '1 2 0 1 0 1e10'");
+  EXPECT_EQ(ErrorOf(Two("EDGE_SE2 0 1 1 0 0 1 0 0 1e-9 0 1e10\n")), "");
+}
+
 TEST(OddCases, SemiDefiniteInformationIsAccepted) {
   ReadReport report;
   const std::string text =

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "hpgo/io/g2o_writer.h"
 #include "hpgo/io/input_text.h"
 #include "hpgo/io/trajectory.h"
 #include "test/io/graph_text.h"
@@ -31,7 +32,7 @@ TEST(TextFormatTest, NamesWhatIsCompressedOrBinary) {
   EXPECT_EQ(ErrorOf("SQLite format 3\0"s),
             "f: looks like an SQLite database (RTAB-Map's, say): export its graph as g2o");
   EXPECT_EQ(ErrorOf("#ROSBAG V2.0\n"), "f: looks like a ROS bag");
-  EXPECT_EQ(ErrorOf("VERTEX_SE2 0 \0\0 0"s), "f: looks like binary data");
+  EXPECT_EQ(ErrorOf("\x01\x02 \0\x03 \x04"s), "f: looks like binary data");
 }
 
 TEST(TextFormatTest, NamesOtherEncodings) {
@@ -78,6 +79,21 @@ TEST(TextFormatTest, NamesTrajectories) {
 TEST(TextFormatTest, AGraphIsAGraphWhateverStandsAroundIt) {
   EXPECT_EQ(ErrorOf("{\nVERTEX_SE2 0 0 0 0\n"), "");
   EXPECT_EQ(ErrorOf("a,b\n1,2\nVERTEX_SE2 0 0 0 0\n"), "");
+  EXPECT_EQ(ErrorOf("\x28\xb5\x2f\xfd 0\nVERTEX_SE2 0 0 0 0\n"), "");
+  EXPECT_EQ(ErrorOf("VERTEX_SE2 0 \0 0 0\n"s), "f:1: VERTEX_SE2: not a number: '?'");
+}
+
+// Blank lines are not kept: what stood behind them may come first.
+TEST(TextFormatTest, AKeptLineIsNotTakenForTheFilesMark) {
+  for (const std::string line : {"\xEF\xBB\xBF# x", "\x1f\x8b\x08", "\x28\xb5\x2f\xfd"}) {
+    const std::string text = "\n" + line + "\nVERTEX_SE2 0 0 0 0\n";
+    const GraphFile<SE2> file = FileOf<SE2>(text);
+    ASSERT_EQ(file.verbatim, std::vector<std::string>{line});
+    std::string written;
+    ASSERT_TRUE(FormatG2o(file, WriteOptions(), &written).ok());
+    EXPECT_FALSE(HasFileMark(written));
+    EXPECT_EQ(FileOf<SE2>(written).verbatim, file.verbatim);
+  }
 }
 
 class GzipTest : public ::testing::Test {
