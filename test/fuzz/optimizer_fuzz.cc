@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdint>
-#include <cstdio>
 #include <cstdlib>
 #include <iterator>
 #include <limits>
@@ -19,15 +18,10 @@
 #include "ceres/sized_cost_function.h"
 #include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer.h"
+#include "test/fuzz/require.h"
 
 namespace hpgo {
 namespace {
-
-void Require(bool ok, const std::string& what) {
-  if (ok) return;
-  std::fprintf(stderr, "%s\n", what.c_str());
-  std::abort();
-}
 
 // What is left of the input; zeros after its end.
 class Bytes {
