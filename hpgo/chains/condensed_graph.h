@@ -133,6 +133,7 @@ class CondensedGraph {
     Index level_node = kNone;              // kNone: not kept
     Index binding = 0;                     // priors and edges that bind
     std::uint32_t born = 0;                // orders the nodes by age
+    std::uint32_t seen = 0;                // the last ForEachMoved that looked at it
     bool alive = false;
     bool held = false;
     bool root = false;      // kept for want of another kept node in its component

@@ -139,6 +139,7 @@ void CondensedGraph<G>::ForEachMoved(double distance, double angle,
   ++moved_stamp_;
   const auto report = [&](Index n, const G& pose) {
     Node& node = nodes_[n];
+    if (std::exchange(node.seen, moved_stamp_) == moved_stamp_) return;
     if (node.reported) {
       const typename G::Tangent d = reported_[n].LocalCoordinates(pose);
       if (!(d.template head<G::kDim>().norm() > distance) &&

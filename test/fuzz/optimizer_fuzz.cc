@@ -16,7 +16,6 @@
 
 #include "ceres/loss_function.h"
 #include "ceres/sized_cost_function.h"
-#include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer.h"
 #include "test/fuzz/require.h"
 
@@ -107,6 +106,8 @@ class Calls {
     OptimizerOptions options;
     options.max_group_size = 2 + bytes_.Below(3);
     options.max_top_nodes = 3 + bytes_.Below(8);
+    options.max_whole_nodes = bytes_.Below(3) == 0 ? 20 : 0;
+    options.condense_chains = bytes_.Below(5) > 0;
     options.window_nodes = 4 + bytes_.Below(40);
     options.window_edges = 8 + bytes_.Below(60);
     options.max_windows = 1 + bytes_.Below(6);
@@ -298,7 +299,7 @@ class Calls {
 
   void Check() {
     if (grouped_) {
-      const std::string fault = FindInconsistency(optimizer_.hierarchy());
+      const std::string fault = optimizer_.FindInconsistency();
       Require(fault.empty(), fault);
     }
     optimizer_.ForEachPose([&](NodeId id, const G& pose) {

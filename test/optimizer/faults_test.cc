@@ -138,6 +138,11 @@ TYPED_TEST(FaultsTest, ANegativeLimitVisitsEveryNodeOnce) {
   visit_all();
   optimizer.Update();
   visit_all();
+  // A new node, and at once at the end of a chain that is looked at as well.
+  ASSERT_TRUE(optimizer.AddNode(103, G()).ok());
+  ASSERT_TRUE(optimizer.AddEdge(102, 103, G(), G::Matrix::Identity()).ok());
+  optimizer.Update();
+  visit_all();
 }
 
 // Values that were found out only when some nodes stood in the optimizer.
