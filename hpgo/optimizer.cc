@@ -44,10 +44,12 @@ Status Optimizer<G>::AddNode(NodeId id, const G& pose) {
 }
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddEdge(NodeId i, NodeId j, const G& measurement,
-                                     const Matrix& information, Loss loss) {
+                                     const Matrix& information, Loss loss, InfoFrame frame) {
   const Status status = CheckMeasurement(measurement, information, EdgeName(i, j));
   if (!status.ok()) return status;
-  return impl_->AddEdge(i, j, MakeData(measurement, information, std::move(loss)));
+  return impl_->AddEdge(
+      i, j,
+      MakeData(measurement, StoredInformation(frame, measurement, information), std::move(loss)));
 }
 template <typename G>
 Result<EdgeId> Optimizer<G>::AddCustomEdge(NodeId i, NodeId j,
@@ -76,16 +78,8 @@ Result<EdgeId> Optimizer<G>::AddPrior(NodeId id, const G& measurement, const Mat
   return impl_->AddPrior(id, std::move(data));
 }
 template <typename G>
-Status Optimizer<G>::UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information) {
-  return impl_->UpdateEdge(edge, measurement, information);
-}
-template <typename G>
 Status Optimizer<G>::RemoveEdge(EdgeId edge) {
   return impl_->RemoveEdge(edge);
-}
-template <typename G>
-Status Optimizer<G>::RemoveNode(NodeId id) {
-  return impl_->RemoveNode(id);
 }
 template <typename G>
 Status Optimizer<G>::SetFixed(NodeId id, bool fixed) {
@@ -157,10 +151,6 @@ Result<EdgeError> Optimizer<G>::GetEdgeError(EdgeId edge) const {
 template <typename G>
 double Optimizer<G>::Cost() const {
   return impl_->Cost();
-}
-template <typename G>
-Result<typename G::Matrix> Optimizer<G>::MarginalCovariance(NodeId id) const {
-  return impl_->MarginalCovariance(id);
 }
 template <typename G>
 PoseGraph<G> Optimizer<G>::ToGraph() const {

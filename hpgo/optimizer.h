@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hpgo/graph/pose_graph.h"
@@ -18,6 +19,19 @@ struct EdgeId {
   std::int64_t value = -1;
   friend bool operator==(EdgeId a, EdgeId b) { return a.value == b.value; }
   friend bool operator!=(EdgeId a, EdgeId b) { return a.value != b.value; }
+};
+
+// What an edge or a prior ties together.
+struct EdgeEnds {
+  EdgeId id;
+  NodeId i = 0, j = 0;  // of a prior, i == j
+};
+
+// The frame in which an information matrix weighs the translation's error; the rotation's is the
+// same in both.
+enum class InfoFrame {
+  kMeasurement,  // of node j as measured, R_z' (t_i_j - t_z): g2o's, and what is stored
+  kFirstNode,    // of node i, t_i_j - t_z: karto's
 };
 
 // How one edge fits the current estimate.
@@ -59,7 +73,7 @@ class Optimizer {
   // kNotFound; kInvalidArgument for a self edge and for values that cannot be used (see
   // hpgo/graph/validate.h). Several edges between the same nodes are allowed.
   Result<EdgeId> AddEdge(NodeId i, NodeId j, const G& measurement, const Matrix& information,
-                         Loss loss = nullptr);
+                         Loss loss = nullptr, InfoFrame frame = InfoFrame::kMeasurement);
   // Any Ceres cost over {X_i, X_j} in the storage order of G that depends on T_i_j only, with
   // whitened residuals. `measurement` and `information` approximate it where groups are formed.
   // kInvalidArgument where it cannot be evaluated at the estimate, or changes when both poses are
@@ -70,13 +84,19 @@ class Optimizer {
   // A measurement of T_world_sensor with P = T_node_sensor; rows of zeros are not measured.
   Result<EdgeId> AddPrior(NodeId id, const G& measurement, const Matrix& information,
                           const G& offset = G(), Loss loss = nullptr);
-  // Replaces the measurement of an edge or a prior. kInvalidArgument for an edge with a custom
-  // cost.
-  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
+  // Replaces the measurement of an edge or a prior, and the loss where one (or null) is given.
+  // kInvalidArgument for an edge with a custom cost.
+  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information,
+                    InfoFrame frame = InfoFrame::kMeasurement);
+  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information, Loss loss,
+                    InfoFrame frame = InfoFrame::kMeasurement);
   // Removes an edge or a prior.
   Status RemoveEdge(EdgeId edge);
-  // Removes a node with its edges and priors.
-  Status RemoveNode(NodeId id);
+  // Removes all edges between two nodes, in either direction; the edges that went. kNotFound for a
+  // node that is not there.
+  Result<std::vector<EdgeEnds>> RemoveEdges(NodeId i, NodeId j);
+  // Removes a node with its edges and priors; these.
+  Result<std::vector<EdgeEnds>> RemoveNode(NodeId id);
   // A fixed node never moves.
   Status SetFixed(NodeId id, bool fixed);
   // Moves a node's estimate.
@@ -93,6 +113,10 @@ class Optimizer {
   // limit is hit, to be called again. The schedules kNewEdges and kNewestNode know no rest: they
   // make one update.
   UpdateReport Refine(const UpdateLimits& limits = {});
+  // To the optimum now, by whatever is cheapest, for clients that ask once after many changes: an
+  // update takes in what is new; then the whole graph is solved, or windows alone where the limits
+  // have no time for that. Nothing is done where nothing has changed. at_rest: it is the optimum.
+  UpdateReport Converge(const UpdateLimits& limits = {});
 
   // --- Asking. Poses cost O(levels) each.
   Result<G> GetPose(NodeId id) const;
@@ -105,6 +129,19 @@ class Optimizer {
   // and so does one with a negative limit.
   void ForEachMoved(double distance, double angle,
                     const std::function<void(NodeId, const G&)>& visit);
+  // What has changed of the map that a client holds, since it last took corrections.
+  struct Corrections {
+    std::vector<std::pair<NodeId, G>> moved;  // T_world_node
+    // The motion of the node that was the newest when corrections were last taken. To be applied
+    // from the left to all that was posed in the map since: T_world_sensor = motion * T_old_sensor.
+    G motion;
+  };
+  // The poses that are off those that the client knows, having given them itself (AddNode, SetPose)
+  // or taken them here, by more than `distance` (m) or `angle` (rad); twice that at most where it
+  // gave them. They accumulate until taken. The first call takes all poses: made on the empty
+  // optimizer, it has everything after it count. Shares its memory with ForEachMoved: use one of
+  // them. O(what has moved).
+  Corrections TakeCorrections(double distance = 0, double angle = 0);
   // The ancestor of a node on a level: the poses of all nodes with the same group move with it.
   // Keep T_world_group; when it has become T', the group's poses have been moved by T' T^-1.
   struct Group {
@@ -114,14 +151,19 @@ class Optimizer {
   Result<Group> GetGroup(NodeId id, int level) const;
   int num_levels() const;
 
+  // The edges and priors of a node, oldest first. O(degree). kNotFound.
+  Result<std::vector<EdgeEnds>> EdgesOf(NodeId id) const;
   // All edges and priors at the current estimate. O(edges).
   std::vector<EdgeError> EdgeErrors() const;
   Result<EdgeError> GetEdgeError(EdgeId edge) const;
   // The sum of the losses of e' Omega e: the objective. O(edges).
   double Cost() const;
   // The covariance of a node's pose, under a right perturbation, given all edges and the gauge as
-  // it is held. Factors the whole graph. kNoSolution where it is not determined.
+  // it is held. Exact: factors its component. kNoSolution where this pose is not determined; others
+  // may be.
   Result<Matrix> MarginalCovariance(NodeId id) const;
+  // That of T_i_j = X_i^-1 X_j, under a right perturbation of it; likewise.
+  Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
 
   // The graph with the current estimate; custom costs and losses are not part of it.
   PoseGraph<G> ToGraph() const;

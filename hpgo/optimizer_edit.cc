@@ -67,6 +67,7 @@ Status Optimizer<G>::Impl::AddNode(NodeId id, const G& pose) {
   while (static_cast<Index>(ids_.size()) <= node) ids_.push_back(0);
   ids_[node] = id;
   index_of_.Set(id, node);
+  NoteGivenPose(node, pose);
   new_nodes_.push_back(node);
   newest_ = node;
   return Status::Ok();
@@ -112,7 +113,8 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data) {
 }
 
 template <typename G>
-Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Matrix& information) {
+Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Matrix& information,
+                                      const Loss* loss) {
   const Result<Index> edge = FindEdge(id);
   if (!edge.ok()) return edge.status();
   ceres_costs::RelativePoseTerm<G> term;
@@ -125,6 +127,7 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   }
   if (!status.ok()) return status;
   graph_.UpdateEdge(*edge, Normalized(term));
+  if (loss != nullptr) graph_.SetLoss(*edge, *loss);
   new_edges_.push_back(id);
   return Status::Ok();
 }
@@ -179,6 +182,7 @@ Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
   fixed_.erase(*node);
   new_nodes_.erase(std::remove(new_nodes_.begin(), new_nodes_.end(), *node), new_nodes_.end());
   if (newest_ == *node) newest_ = kNone;
+  ForgetNode(*node);
   graph_.RemoveNode(*node);
   index_of_.Erase(id);
   check_anchors_ = true;
@@ -210,6 +214,7 @@ Status Optimizer<G>::Impl::SetPose(NodeId id, const G& pose) {
   const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
   graph_.SetWorldPose(*node, pose.Normalized());
+  NoteGivenPose(*node, pose);
   // Its edges have changed as much as new ones.
   graph_.ForEachEdgeOf(*node, [&](Index e, Index) { new_edges_.push_back(IdOf(e)); });
   const Level<G>& level = hierarchy_.level(0);

@@ -8,6 +8,8 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "hpgo/chains/condensed_graph.h"
@@ -22,6 +24,20 @@
 
 namespace hpgo {
 
+// Adds the counts and times of one step; status, levels and means are the latest.
+void Accumulate(const UpdateReport& step, UpdateReport* sum);
+
+// CPU time of the calling thread, in seconds.
+double ThreadCpuSeconds();
+
+// What is left of limits after some wall and CPU time, both in seconds.
+UpdateLimits Remaining(const UpdateLimits& limits, double seconds, double cpu_seconds);
+
+// The information of an edge as it is stored, of one in another frame.
+template <typename G>
+typename G::Matrix StoredInformation(InfoFrame frame, const G& measurement,
+                                     const typename G::Matrix& information);
+
 template <typename G>
 class Optimizer<G>::Impl {
  public:
@@ -31,16 +47,26 @@ class Optimizer<G>::Impl {
   Status AddNode(NodeId id, const G& pose);
   Result<EdgeId> AddEdge(NodeId i, NodeId j, EdgeData<G> data);
   Result<EdgeId> AddPrior(NodeId id, EdgeData<G> data);
-  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information);
+  // `loss` null: the edge keeps its own.
+  Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information, const Loss* loss);
   Status RemoveEdge(EdgeId edge);
   Status RemoveNode(NodeId id);
   Status SetFixed(NodeId id, bool fixed);
   Status SetPose(NodeId id, const G& pose);
   Status AddGraph(const PoseGraph<G>& graph);
 
+  // optimizer_edges.cc
+  Result<std::vector<EdgeEnds>> EdgesOf(NodeId id) const;
+
+  // optimizer_corrections.cc
+  Corrections TakeCorrections(double distance, double angle);
+
   // optimizer_update.cc
   UpdateReport Update(Mode mode, const UpdateLimits& limits);
   UpdateReport Refine(const UpdateLimits& limits);
+
+  // optimizer_converge.cc
+  UpdateReport Converge(const UpdateLimits& limits);
 
   // optimizer_query.cc
   Result<G> GetPose(NodeId id) const;
@@ -51,7 +77,10 @@ class Optimizer<G>::Impl {
   std::vector<EdgeError> EdgeErrors() const;
   Result<EdgeError> GetEdgeError(EdgeId edge) const;
   double Cost() const;
-  Result<Matrix> MarginalCovariance(NodeId id);
+
+  // optimizer_covariance.cc
+  Result<Matrix> MarginalCovariance(NodeId id) const;
+  Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
   PoseGraph<G> ToGraph() const;
   std::size_t MemoryBytes() const;
 
@@ -91,8 +120,14 @@ class Optimizer<G>::Impl {
   Index Link(Index i, Index j, const EdgeData<G>& data);
   void Disturb(Index node);
   EdgeError ErrorOf(Index edge, const G& T_i_j) const;
-  // The whole graph; its poses are in the order of ids, the free ones first.
-  Subproblem<G> WholeProblem(std::map<Index, int>* position) const;
+
+  // optimizer_corrections.cc
+  void NoteGivenPose(Index node, const G& pose);
+  void ForgetNode(Index node);
+
+  // optimizer_covariance.cc
+  Subproblem<G> ComponentsOf(const std::vector<Index>& nodes,
+                             std::unordered_map<Index, int>* position) const;
 
   // optimizer_anchors.cc: what holds the gauge of each component.
   struct TopComponents {
@@ -125,7 +160,9 @@ class Optimizer<G>::Impl {
   bool SolveWindow(int max_iterations,
                    double max_seconds = std::numeric_limits<double>::infinity());
   // Whether time or the caller, not the options, say when to stop.
-  bool IsUncapped() const { return limits_.max_seconds > 0 || refining_; }
+  bool IsUncapped() const { return HasTimeLimit() || refining_; }
+  bool HasTimeLimit() const { return limits_.max_seconds > 0 || limits_.max_cpu_seconds > 0; }
+  double TimeLimit() const;  // the shorter one; infinity without
   bool IsStrained() const;
   bool Struggles() const;
   double SecondsLeft() const;
@@ -175,6 +212,13 @@ class Optimizer<G>::Impl {
   int num_priors_ = 0;
   bool check_anchors_ = false;
 
+  // Corrections are taken: poses that the caller has given since it last did, and the node that was
+  // the newest then, at its pose then.
+  bool takes_corrections_ = false;
+  std::unordered_map<Index, G> given_;
+  Index reference_ = kNone;
+  G reference_pose_;
+
   // Since the last update.
   std::vector<Index> new_nodes_;
   std::vector<EdgeId> new_edges_;
@@ -185,8 +229,11 @@ class Optimizer<G>::Impl {
   std::vector<bool> had_window_;           // by level
   UpdateLimits limits_;
   Clock::time_point started_;
+  double cpu_started_ = 0;
   bool refining_ = false;
   bool rested_ = false;       // the last update
+  bool converged_ = false;    // the last solve
+  bool at_optimum_ = false;   // since the last Converge, but for changes
   double largest_scale_ = 1;  // of windows, over the options' size
   // By level, what recent windows would have taken at the options' size; 0: none yet.
   std::vector<double> window_seconds_;

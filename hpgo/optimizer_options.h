@@ -73,6 +73,8 @@ struct UpdateLimits {
   // goes on until the time is up or nothing is stressed. It is checked between windows, and between
   // the iterations of a full solve; one window is solved at least.
   double max_seconds = 0;
+  // The same in CPU time of the calling thread: on busy cores the same work is done.
+  double max_cpu_seconds = 0;
   // Set from elsewhere to stop between two windows.
   const std::atomic<bool>* cancel = nullptr;
 };

@@ -6,7 +6,6 @@
 #include "glog/logging.h"
 #include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer_impl.h"
-#include "hpgo/solve/marginal.h"
 
 namespace hpgo {
 
@@ -85,40 +84,6 @@ double Optimizer<G>::Impl::Cost() const {
     cost += FactorCost(graph_.FactorOf(e), graph_.End(e, 0) == kNone, T);
   });
   return cost;
-}
-
-template <typename G>
-Subproblem<G> Optimizer<G>::Impl::WholeProblem(std::map<Index, int>* position) const {
-  Subproblem<G> problem;
-  std::vector<G> poses(ids_.size());
-  graph_.ForEachPose([&](Index node, const G& pose) { poses[node] = pose; });
-  for (const bool held : {false, true}) {
-    index_of_.ForEach([&](NodeId, Index node) {
-      if (graph_.IsHeld(node) != held) return;
-      position->emplace(node, static_cast<int>(problem.poses.size()));
-      problem.poses.push_back(poses[node]);
-    });
-    if (!held) problem.num_free = static_cast<int>(problem.poses.size());
-  }
-  for (Index e = 0; e < graph_.end_of_edges(); ++e) {
-    if (!graph_.IsEdge(e)) continue;
-    Factor<G> factor;
-    static_cast<ceres_costs::FactorTerm<G>&>(factor) = graph_.FactorOf(e);
-    if (graph_.End(e, 0) != kNone) factor.i = position->at(graph_.End(e, 0));
-    factor.j = position->at(graph_.End(e, 1));
-    problem.factors.push_back(factor);
-  }
-  return problem;
-}
-
-template <typename G>
-Result<typename G::Matrix> Optimizer<G>::Impl::MarginalCovariance(NodeId id) {
-  const Result<Index> node = FindNode(id);
-  if (!node.ok()) return node.status();
-  if (graph_.IsHeld(*node)) return Matrix(Matrix::Zero());  // known exactly
-  std::map<Index, int> position;
-  const Subproblem<G> problem = WholeProblem(&position);
-  return hpgo::MarginalCovariance(problem, position.at(*node));
 }
 
 template <typename G>

@@ -8,8 +8,6 @@
 #include "hpgo/optimizer_impl.h"
 
 namespace hpgo {
-namespace {
-
 // Adds the counts and times of one step; status, levels and means are the latest.
 void Accumulate(const UpdateReport& step, UpdateReport* sum) {
   sum->status = step.status;
@@ -31,8 +29,6 @@ void Accumulate(const UpdateReport& step, UpdateReport* sum) {
   sum->top_seconds += step.top_seconds;
   sum->window_seconds += step.window_seconds;
 }
-
-}  // namespace
 
 // The mean over all edges, those in chains among them.
 template <typename G>
@@ -57,11 +53,11 @@ void Optimizer<G>::Impl::QueueAll() {
 
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
+  at_optimum_ = false;
   // Beyond rest at the threshold of updates: everything is examined again at smaller ones.
   constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10;
   // Ill-conditioned graphs go on gaining: then below kDeep as well, while a round gains this share.
   constexpr double kWorthwhile = 1e-5;
-  constexpr double kShortest = 1e-9;  // s; 0 would be no limit
   // Where the levels' models disagree, windows may undo each other's work for ever. So the cost is
   // looked at after the work of so many passes over the graph, and whenever that has doubled.
   constexpr double kPasses = 50, kStandstill = 1e-6;  // the latter of the cost
@@ -81,9 +77,12 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   };
   double last_mean = std::numeric_limits<double>::infinity();
   const Clock::time_point start = Clock::now();
+  const double cpu_start = ThreadCpuSeconds();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   const auto stopped = [&] {
     return (limits.max_seconds > 0 && elapsed() > limits.max_seconds) ||
+           (limits.max_cpu_seconds > 0 &&
+            ThreadCpuSeconds() - cpu_start > limits.max_cpu_seconds) ||
            (limits.cancel != nullptr && *limits.cancel);
   };
   UpdateReport sum;
@@ -94,10 +93,7 @@ UpdateReport Optimizer<G>::Impl::Refine(const UpdateLimits& limits) {
   const G newest_before = NewestPose();
   if (!new_nodes_.empty() || !new_edges_.empty() || check_anchors_) depth_ = 1;
   do {
-    UpdateLimits left = limits;
-    if (limits.max_seconds > 0) {
-      left.max_seconds = std::max(limits.max_seconds - elapsed(), kShortest);
-    }
+    const UpdateLimits left = Remaining(limits, elapsed(), ThreadCpuSeconds() - cpu_start);
     refining_ = true;
     const UpdateReport step = Step(Mode::kPartial, left);
     refining_ = false;

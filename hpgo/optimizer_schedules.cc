@@ -25,15 +25,18 @@ bool Optimizer<G>::Impl::TopIsSmall() const {
 
 template <typename G>
 double Optimizer<G>::Impl::SecondsLeft() const {
-  return limits_.max_seconds > 0 ? limits_.max_seconds - Seconds(Clock::now() - started_)
-                                 : std::numeric_limits<double>::infinity();
+  double left = std::numeric_limits<double>::infinity();
+  if (limits_.max_seconds > 0) left = limits_.max_seconds - Seconds(Clock::now() - started_);
+  if (limits_.max_cpu_seconds > 0) {
+    left = std::min(left, limits_.max_cpu_seconds - (ThreadCpuSeconds() - cpu_started_));
+  }
+  return left;
 }
 
 // Infinity without a limit.
 template <typename G>
 double Optimizer<G>::Impl::SecondsForWindow() const {
-  return limits_.max_seconds > 0 ? std::min(kShareOfTime * limits_.max_seconds, SecondsLeft())
-                                 : SecondsLeft();
+  return std::min(kShareOfTime * TimeLimit(), SecondsLeft());
 }
 
 template <typename G>
@@ -129,7 +132,7 @@ double Optimizer<G>::Impl::UsualWindowSeconds(int l) const {
 template <typename G>
 WindowLimits Optimizer<G>::Impl::NextWindow(int l) const {
   double nodes_scale = 1, edges_scale = 1;
-  if (limits_.max_seconds > 0) {
+  if (HasTimeLimit()) {
     const double seconds = SecondsForWindow();
     const double usual = UsualWindowSeconds(l);
     if (usual > 0 && seconds > usual) {
@@ -153,7 +156,7 @@ void Optimizer<G>::Impl::RunStressSchedule() {
   window_seconds_.resize(hierarchy_.num_levels());
   SweepLimits sweep;
   sweep.max_windows = options_.max_windows;
-  if (limits_.max_seconds > 0) {
+  if (HasTimeLimit()) {
     sweep.max_windows = sweep.max_windows_per_level = std::numeric_limits<int>::max();
     // Level 0 takes the most windows to cover.
     sweep.max_bottom_windows = 6;

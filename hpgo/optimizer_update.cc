@@ -24,6 +24,7 @@ Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
 template <typename G>
 UpdateReport Optimizer<G>::Impl::Update(Mode mode, const UpdateLimits& limits) {
   depth_ = 1;
+  at_optimum_ = false;
   return Step(mode, limits);
 }
 
@@ -33,6 +34,7 @@ UpdateReport Optimizer<G>::Impl::Step(Mode mode, const UpdateLimits& limits) {
   report_ = UpdateReport();
   limits_ = limits;
   started_ = Clock::now();
+  if (limits.max_cpu_seconds > 0) cpu_started_ = ThreadCpuSeconds();
   damped_last_ = std::exchange(damped_, false);
   G newest_before;
   {

@@ -58,6 +58,7 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
           << window_.edges().size() << " edges, cost " << summary.initial_cost << " -> "
           << summary.final_cost << (summary.damped ? ", damped, " : ", ") << summary.seconds * 1e3
           << " ms";
+  converged_ = summary.converged;
   const double seconds_for_more = SecondsForWindow() - summary.seconds;
   if (window_.level() == 0 && IsStrained() && max_iterations < kMoreIterations && summary.damped &&
       summary.status.ok() && summary.final_cost < summary.initial_cost &&

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,6 +49,8 @@ class CondensedGraph {
   void RemoveNode(Index node);  // with its edges
   // Replaces the measurement of an edge without a cost of its own.
   void UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term);
+  // Replaces the loss of an edge; null: squared.
+  void SetLoss(Index edge, std::shared_ptr<const ceres::LossFunction> loss);
   // A held node does not move.
   void SetHeld(Index node, bool held);
   bool IsHeld(Index node) const { return nodes_[node].held; }
@@ -165,6 +168,7 @@ class CondensedGraph {
   };
 
   // condensed_graph_edit.cc
+  void DropChainOf(Index edge);
   void Link(Index edge);
   void Unlink(Index edge);
   void Touch(Index node);

@@ -1,6 +1,8 @@
 // The condensed graph: adding, changing and removing. Nodes that must show their own pose until the
 // next Restructure are kept at once.
 
+#include <utility>
+
 #include "ceres_costs/whitening.h"
 #include "hpgo/chains/condensed_graph.h"
 
@@ -129,6 +131,19 @@ Index CondensedGraph<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   return e;
 }
 
+// Takes an edge out of its chain: both of its ends are kept.
+template <typename G>
+void CondensedGraph<G>::DropChainOf(Index e) {
+  const Edge& edge = edges_[e];
+  Keep(edge.node[0]);
+  Keep(edge.node[1]);
+  const Index c = ChainOf(e);  // of this edge alone now
+  DropLevelEdge(c);
+  spans_.FreeTree(chains_[c].root);
+  spans_.FreeEdge(edge.at);
+  FreeChain(c);
+}
+
 template <typename G>
 void CondensedGraph<G>::RemoveEdge(Index e) {
   Edge& edge = edges_[e];
@@ -139,16 +154,9 @@ void CondensedGraph<G>::RemoveEdge(Index e) {
     case Place::kLevel:
       hierarchy_.RemoveEdge(edge.at);
       break;
-    case Place::kChain: {
-      Keep(edge.node[0]);
-      Keep(edge.node[1]);
-      const Index c = ChainOf(e);  // of this edge alone now
-      DropLevelEdge(c);
-      spans_.FreeTree(chains_[c].root);
-      spans_.FreeEdge(edge.at);
-      FreeChain(c);
+    case Place::kChain:
+      DropChainOf(e);
       break;
-    }
   }
   Unlink(e);
   edge.alive = false;
@@ -196,6 +204,27 @@ void CondensedGraph<G>::UpdateEdge(Index e, const ceres_costs::RelativePoseTerm<
       MarkChanged(c);
       break;
     }
+  }
+}
+
+template <typename G>
+void CondensedGraph<G>::SetLoss(Index e, std::shared_ptr<const ceres::LossFunction> loss) {
+  Edge& edge = edges_[e];
+  if (edge.place == Place::kChain) {
+    if (loss == nullptr) return;
+    EdgeData<G> data;
+    data.term = *FactorOf(e).term;
+    data.weight = ModularityWeight(data.term);
+    DropChainOf(e);
+    edge.place = Place::kNew;
+    edge.at = kNone;
+    new_data_.emplace(e, data);
+  }
+  if (loss != nullptr && edge.node[0] != kNone) Bind(e);
+  if (edge.place == Place::kNew) {
+    new_data_.at(e).loss = std::move(loss);
+  } else {
+    hierarchy_.SetLoss(edge.at, std::move(loss));
   }
 }
 

@@ -73,6 +73,15 @@ void Hierarchy<G>::UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>
 }
 
 template <typename G>
+void Hierarchy<G>::SetLoss(Index edge, std::shared_ptr<const ceres::LossFunction> loss) {
+  LevelEdge& record = levels_[0]->edges[edge];
+  if (record.extra == kNone && loss == nullptr) return;
+  if (record.extra == kNone) record.extra = NewExtra({});
+  extras_[record.extra].loss = std::move(loss);
+  MarkAncestorsDirty(0, edge);
+}
+
+template <typename G>
 void Hierarchy<G>::AssignGroups() {
   for (std::size_t k = 0; k < unassigned_.size(); ++k) {
     const LevelItem item = unassigned_[k];

@@ -81,6 +81,8 @@ class Hierarchy {
   std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
   // Replaces measurement, information and weight of an edge.
   void UpdateEdge(Index edge, const ceres_costs::RelativePoseTerm<G>& term, double weight);
+  // Replaces the loss of an edge; null: squared.
+  void SetLoss(Index edge, std::shared_ptr<const ceres::LossFunction> loss);
   // Whether a node waits for AssignGroups to get a group.
   bool IsWaiting(int l, Index node) const {
     for (const LevelItem& item : unassigned_) {

@@ -208,7 +208,7 @@ class Calls {
         return Note(optimizer_.RemoveEdge(AnyEdge()));
       case 11:
         grouped_ = false;
-        return Note(optimizer_.RemoveNode(AnyId()));
+        return Note(optimizer_.RemoveNode(AnyId()).status());
       case 12:
         return Note(optimizer_.SetFixed(AnyId(), bytes_.Below(2) == 0));
       case 13:

@@ -66,7 +66,7 @@ TYPED_TEST(ErrorsTest, Nodes) {
                     "node -3: the pose is not finite");
   this->ExpectError(optimizer.SetPose(9, TypeParam()), kMissing, "no node 9");
   this->ExpectError(optimizer.SetFixed(9, true), kMissing, "no node 9");
-  this->ExpectError(optimizer.RemoveNode(9), kMissing, "no node 9");
+  this->ExpectError(optimizer.RemoveNode(9).status(), kMissing, "no node 9");
   this->ExpectError(optimizer.GetPose(9).status(), kMissing, "no node 9");
   this->ExpectError(optimizer.MarginalCovariance(9).status(), kMissing, "no node 9");
   this->ExpectError(optimizer.GetGroup(9, 0).status(), kMissing, "no node 9");
