@@ -1,0 +1,85 @@
+// A writer at full speed, four readers, updates on the worker: what a reader waits.
+//   live_bench [NODES]
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+#include <vector>
+
+#include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/live/live_optimizer.h"
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using hpgo::SE3;
+
+double Seconds(Clock::duration duration) { return std::chrono::duration<double>(duration).count(); }
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  hpgo::GenerateOptions options;
+  options.world = hpgo::World::kCity;
+  options.nodes = argc > 1 ? std::atoi(argv[1]) : 100'000;
+  const auto world = hpgo::GenerateGraph<SE3>(options);
+  if (!world.ok()) {
+    std::fprintf(stderr, "%s\n", world.status().ToString().c_str());
+    return 1;
+  }
+  const hpgo::PoseGraph<SE3>& graph = world->graph;
+  std::vector<std::vector<int>> edges_of(graph.nodes().size());
+  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
+    edges_of[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
+  }
+  hpgo::LiveOptimizer<SE3> live;
+  std::atomic<bool> done{false};
+  constexpr int kReaders = 4;
+  std::vector<std::vector<double>> waits(kReaders);
+  std::vector<std::thread> readers;
+  for (int r = 0; r < kReaders; ++r) {
+    readers.emplace_back([&, r] {
+      while (!done) {
+        const Clock::time_point start = Clock::now();
+        const auto latest = live.Latest();
+        const SE3* newest = latest->poses.Find(static_cast<hpgo::NodeId>(latest->poses.size()) - 1);
+        waits[r].push_back(Seconds(Clock::now() - start));
+        if (newest == nullptr && latest->poses.size() > 0) std::abort();
+        std::this_thread::sleep_for(std::chrono::microseconds(500));
+      }
+    });
+  }
+  const Clock::time_point start = Clock::now();
+  for (int k = 0; k < static_cast<int>(graph.nodes().size()); ++k) {
+    SE3 pose = graph.nodes()[k].pose;
+    for (const int e : edges_of[k]) {
+      const auto& edge = graph.edges()[e];
+      if (edge.j == k && edge.i == k - 1) {
+        pose = *live.Latest()->poses.Find(k - 1) * edge.measurement;
+      }
+    }
+    hpgo::Status status = live.AddNode(k, pose);
+    for (const int e : edges_of[k]) {
+      const auto& edge = graph.edges()[e];
+      if (status.ok()) {
+        status = live.AddEdge(edge.i, edge.j, edge.measurement, edge.information);
+      }
+    }
+    if (!status.ok()) std::fprintf(stderr, "%s\n", status.ToString().c_str());
+  }
+  const double written = Seconds(Clock::now() - start);
+  live.WaitUntilIdle();
+  const double idle = Seconds(Clock::now() - start);
+  done = true;
+  for (std::thread& reader : readers) reader.join();
+  std::vector<double> all;
+  for (const auto& some : waits) all.insert(all.end(), some.begin(), some.end());
+  std::sort(all.begin(), all.end());
+  std::printf("%d nodes written in %.2f s, at rest after %.2f s, %llu snapshots\n", options.nodes,
+              written, idle, static_cast<unsigned long long>(live.Latest()->version));
+  std::printf("%zu reads: p50 %.2f us, p99 %.2f us, p99.9 %.2f us, max %.1f us\n", all.size(),
+              1e6 * all[all.size() / 2], 1e6 * all[all.size() * 99 / 100],
+              1e6 * all[all.size() * 999 / 1000], 1e6 * all.back());
+}

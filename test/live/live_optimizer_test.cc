@@ -1,0 +1,198 @@
+#include "hpgo/live/live_optimizer.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdio>
+#include <future>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "hpgo/generate/synthetic_graph.h"
+#include "test/optimizer/oracle.h"
+
+namespace hpgo {
+namespace {
+
+using Matrix = SE2::Matrix;
+
+// Edges by their later end, so that a graph can be replayed node by node.
+std::vector<std::vector<int>> EdgesByNode(const PoseGraph<SE2>& graph) {
+  std::vector<std::vector<int>> edges(graph.nodes().size());
+  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
+    edges[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
+  }
+  return edges;
+}
+
+PoseGraph<SE2> MakeWorld(World world, int nodes) {
+  GenerateOptions options;
+  options.world = world;
+  options.nodes = nodes;
+  return GenerateGraph<SE2>(options)->graph;
+}
+
+// A client that poses each node from the newest snapshot, as fast as it can.
+void Feed(const PoseGraph<SE2>& graph, LiveOptimizer<SE2>* live) {
+  const auto edges = EdgesByNode(graph);
+  for (int k = 0; k < static_cast<int>(graph.nodes().size()); ++k) {
+    SE2 pose = graph.nodes()[k].pose;
+    for (const int e : edges[k]) {
+      const auto& edge = graph.edges()[e];
+      if (edge.j == k && edge.i == k - 1) {
+        pose = *live->Latest()->poses.Find(k - 1) * edge.measurement;
+      }
+    }
+    ASSERT_TRUE(live->AddNode(k, pose).ok());
+    for (const int e : edges[k]) {
+      const auto& edge = graph.edges()[e];
+      ASSERT_TRUE(live->AddEdge(edge.i, edge.j, edge.measurement, edge.information).ok());
+    }
+  }
+}
+
+TEST(LiveOptimizerTest, ReadersSeeAConsistentMapWhileItIsSolved) {
+  const PoseGraph<SE2> graph = MakeWorld(World::kManhattan, 1500);
+  LiveOptimizer<SE2> live;
+  std::atomic<bool> done{false};
+  std::atomic<int> snapshots{0};
+  std::vector<std::thread> readers;
+  std::vector<std::vector<double>> seconds(4);
+  for (int r = 0; r < 4; ++r) {
+    readers.emplace_back([&, r] {
+      std::uint64_t version = 0;
+      std::size_t size = 0;
+      while (!done) {
+        const auto start = std::chrono::steady_clock::now();
+        const auto latest = live.Latest();
+        const std::size_t count = latest->poses.size();
+        const SE2* newest =
+            count == 0 ? nullptr : latest->poses.Find(static_cast<NodeId>(count) - 1);
+        seconds[r].push_back(
+            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        if (latest->version == version) {
+          std::this_thread::yield();
+          continue;
+        }
+        ++snapshots;
+        EXPECT_GT(latest->version, version);
+        EXPECT_GE(count, size);
+        // Nodes are added in the order of their ids: all up to the newest are there.
+        if (count > 0) {
+          EXPECT_NE(newest, nullptr);
+        }
+        version = latest->version;
+        size = count;
+      }
+    });
+  }
+  Feed(graph, &live);
+  int nodes_seen = 0;
+  live.Run([&](Optimizer<SE2>* optimizer) {
+        nodes_seen = static_cast<int>(optimizer->ToGraph().nodes().size());
+      })
+      .get();
+  EXPECT_EQ(nodes_seen, 1500);
+  const UpdateReport report = live.Converge();
+  done = true;
+  for (std::thread& reader : readers) reader.join();
+  EXPECT_TRUE(report.at_rest) << report.status.ToString();
+  EXPECT_GT(snapshots, 0);
+  std::vector<double> all;
+  for (const auto& some : seconds) all.insert(all.end(), some.begin(), some.end());
+  std::sort(all.begin(), all.end());
+  std::printf("%zu reads: p50 %.2f us, p99 %.2f us, max %.1f us\n", all.size(),
+              1e6 * all[all.size() / 2], 1e6 * all[all.size() * 99 / 100], 1e6 * all.back());
+  // What is published is what the optimizer has.
+  live.Run([&](Optimizer<SE2>* optimizer) {
+        EXPECT_LT(Gap(*optimizer), 1e-8);
+        const auto latest = live.Latest();
+        EXPECT_EQ(latest->waiting, 0u);
+        optimizer->ForEachPose([&](NodeId id, const SE2& pose) {
+          EXPECT_LT(pose.LocalCoordinates(*latest->poses.Find(id)).norm(), 1e-9) << id;
+        });
+      })
+      .get();
+}
+
+TEST(LiveOptimizerTest, IdleTimeGoesIntoRefine) {
+  const PoseGraph<SE2> graph = MakeWorld(World::kManhattan, 800);
+  LiveOptimizer<SE2> live;
+  Feed(graph, &live);
+  live.WaitUntilIdle();
+  EXPECT_TRUE(live.Latest()->report.at_rest);
+  live.Run([](Optimizer<SE2>* optimizer) { EXPECT_LT(Gap(*optimizer), 1e-4); }).get();
+}
+
+// Nodes that come while a solve runs move with the map that they were posed in.
+TEST(LiveOptimizerTest, NewerNodesAreCarriedAlong) {
+  LiveOptions options;
+  options.refine_when_idle = false;
+  LiveOptimizer<SE2> live(options);
+  const Matrix I = Matrix::Identity();
+  ASSERT_TRUE(live.AddNode(0, SE2()).ok());
+  for (int k = 1; k < 20; ++k) {
+    ASSERT_TRUE(live.AddNode(k, SE2(k, 0, 0)).ok());
+    ASSERT_TRUE(live.AddEdge(k - 1, k, SE2(1, 0, 0), I).ok());
+  }
+  live.Update();
+  // A closure that turns the map; before it is solved the next node comes, posed in the old one.
+  std::promise<void> closed, arrived, taken, seen;
+  live.Run([&](Optimizer<SE2>* optimizer) {
+    const SE2 turned = SE2(0, 0, 0.3) * SE2(19, 0, 0);
+    ASSERT_TRUE(optimizer->AddEdge(0, 19, turned, 1e4 * I).ok());
+    closed.set_value();
+    arrived.get_future().wait();
+  });
+  closed.get_future().wait();
+  ASSERT_TRUE(live.AddNode(20, SE2(20, 0, 0)).ok());
+  const std::future<void> after = live.Run([&](Optimizer<SE2>*) {
+    taken.set_value();
+    seen.get_future().wait();
+  });
+  arrived.set_value();
+  taken.get_future().wait();
+  const auto latest = live.Latest();
+  EXPECT_GT(latest->poses.Find(19)->data()[1], 1);
+  const SE2 relative = latest->poses.Find(19)->Between(*latest->poses.Find(20));
+  EXPECT_LT(relative.LocalCoordinates(SE2(1, 0, 0)).norm(), 1e-9);
+  seen.set_value();
+  after.wait();
+}
+
+TEST(LiveOptimizerTest, ErrorsAreNamed) {
+  std::vector<std::string> errors;
+  LiveOptions options;
+  options.on_error = [&](const Status& status) { errors.push_back(status.message()); };
+  LiveOptimizer<SE2> live(options);
+  const Matrix I = Matrix::Identity();
+  ASSERT_TRUE(live.AddNode(1, SE2()).ok());
+  EXPECT_EQ(live.AddNode(1, SE2()).message(), "node 1 exists");
+  EXPECT_EQ(live.AddEdge(1, 2, SE2(), I).message(), "no node 2");
+  EXPECT_EQ(live.RemoveEdges(1, 2).message(), "no node 2");
+  EXPECT_EQ(live.RemoveNode(2).message(), "no node 2");
+  EXPECT_EQ(live.SetFixed(2, true).message(), "no node 2");
+  EXPECT_EQ(live.SetPose(2, SE2()).message(), "no node 2");
+  EXPECT_EQ(live.AddPrior(2, SE2(), I).message(), "no node 2");
+  ASSERT_TRUE(live.AddNode(2, SE2()).ok());
+  EXPECT_THAT(live.AddEdge(1, 2, SE2(), -I).message(), testing::HasSubstr("edge 1 -> 2"));
+  ASSERT_TRUE(live.AddEdge(1, 1, SE2(), I).ok());
+  live.Update();
+  live.Run([](Optimizer<SE2>*) {}).get();
+  EXPECT_THAT(errors, testing::ElementsAre("edge 1 -> 1: a self edge"));
+  ASSERT_TRUE(live.RemoveNode(2).ok());
+  EXPECT_EQ(live.Latest()->poses.Find(2), nullptr);
+  ASSERT_TRUE(live.AddNode(2, SE2(5, 0, 0)).ok());
+  live.WaitUntilIdle();
+  EXPECT_EQ(live.Latest()->poses.Find(2)->data()[0], 5);
+  std::future<void> failing =
+      live.Run([](Optimizer<SE2>*) { throw std::runtime_error("the client's own"); });
+  EXPECT_THROW(failing.get(), std::runtime_error);
+}
+
+}  // namespace
+}  // namespace hpgo
