@@ -1,0 +1,59 @@
+// The graphs that the adapters are run on: public data sets and a city.
+#pragma once
+
+#include <algorithm>
+#include <cstdio>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "gtest/gtest.h"
+#include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/graph/compose_poses.h"
+#include "hpgo/io/g2o_reader.h"
+#include "hpgo/solve/full_solve.h"
+#include "test/optimizer/oracle.h"
+
+namespace hpgo {
+
+// "city N" or a file below the data folder; an empty graph where that is absent.
+template <typename G>
+PoseGraph<G> RealGraph(const std::string& name) {
+  if (name.rfind("city ", 0) == 0) {
+    GenerateOptions options;
+    options.world = World::kCity;
+    options.nodes = std::stoi(name.substr(5));
+    return GenerateGraph<G>(options)->graph;
+  }
+  const std::string path = std::string(HPGO_SHARED_DATA_DIR) + "/" + name;
+  Result<AnyGraphFile> file = ReadG2o(path, ReadOptions(), nullptr);
+  if (!file.ok() && file.status().code() == StatusCode::kUnreadable) return {};
+  EXPECT_TRUE(file.ok()) << file.status().ToString();
+  PoseGraph<G> graph = std::get<GraphFile<G>>(*file).graph;
+  ComposeMissingPoses(&graph);
+  return graph;
+}
+
+// The edges by the later of their ends: those that come with a node.
+template <typename G>
+std::vector<std::vector<int>> EdgesByNode(const PoseGraph<G>& graph) {
+  std::vector<std::vector<int>> edges(graph.nodes().size());
+  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
+    edges[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
+  }
+  return edges;
+}
+
+// What ceres::Solve takes for the graph, from its poses, in ms.
+template <typename G>
+double CeresMilliseconds(PoseGraph<G> graph) {
+  FullSolveOptions options;
+  options.init = InitMethod::kFile;
+  options.engine = Engine::kCeres;
+  const FullSolveReport report = SolveFull(options, &graph);
+  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+  return 1e3 * report.solve_seconds;
+}
+
+}  // namespace hpgo
