@@ -169,6 +169,7 @@ class Optimizer<G>::Impl {
   double SecondsForWindow() const;
   bool IsStopped() const;
   bool GraphGains() const;
+  bool ShortenToGain(SubproblemSummary* summary);
   void NoteMotions();
   G NewestPose() const { return newest_ == kNone ? G() : graph_.WorldPose(newest_); }
   // The motion from one pose to another.

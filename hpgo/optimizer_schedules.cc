@@ -19,8 +19,7 @@ constexpr double kShareOfTime = 0.35;  // of a limit, for a window
 template <typename G>
 bool Optimizer<G>::Impl::TopIsSmall() const {
   // Larger only where many components keep the top from shrinking.
-  const Level<G>& top = hierarchy_.level(hierarchy_.num_levels() - 1);
-  return top.num_nodes / 2 <= options_.max_top_nodes && top.num_edges / 2 <= options_.max_top_edges;
+  return !hierarchy_.IsTooLarge(hierarchy_.num_levels() - 1, 2);
 }
 
 template <typename G>

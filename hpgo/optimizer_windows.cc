@@ -6,6 +6,7 @@
 #include "ceres_costs/factor_term.h"
 #include "glog/logging.h"
 #include "hpgo/optimizer_impl.h"
+#include "hpgo/solve/damping.h"
 
 namespace hpgo {
 namespace {
@@ -75,6 +76,7 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) report_.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return false;
+  if (window_.RefreshChains() && !ShortenToGain(&summary)) return false;
   double stretch = 1;
   // What the windows of one update can take in needs no more than the solution.
   if (window_.level() > 0 && IsStrained() && !rested_ && !summary.damped) {
@@ -89,6 +91,31 @@ bool Optimizer<G>::Impl::SolveWindow(int max_iterations, double max_seconds) {
   const double decrease = summary.initial_cost - summary.final_cost;
   const double miss = std::abs(summary.predicted_decrease - decrease);
   return decrease > thresholds_.tau && (summary.damped || miss > 10 * thresholds_.tau);
+}
+
+// Chains bend on the way: shortens the step until the cost falls with them linearized where it
+// ends. False if it does not; the poses are those before the step then.
+template <typename G>
+bool Optimizer<G>::Impl::ShortenToGain(SubproblemSummary* summary) {
+  constexpr double kShortest = 1e-3, kMostOfIt = 0.5, kLeastOfIt = 0.1;
+  double promised = summary->initial_cost - summary->final_cost;
+  for (double part = 1; part > kShortest;) {
+    const double cost = window_.Cost();
+    if (cost < summary->initial_cost) {
+      summary->damped |= part < 1;
+      summary->final_cost = cost;
+      return true;
+    }
+    const double length = BestStepLength(promised, cost - summary->initial_cost);
+    const double shorter = length > kLeastOfIt ? std::min(length, kMostOfIt) : kLeastOfIt;
+    part *= shorter;
+    promised *= 2 * shorter - shorter * shorter;
+    window_.Stretch(shorter);
+    window_.RefreshChains();
+  }
+  window_.Stretch(0);
+  window_.RefreshChains();
+  return false;
 }
 
 // Whether the cost of the graph itself falls. A coarse edge says little about far turns, least of

@@ -1,5 +1,9 @@
 #include "hpgo/chains/condensed_graph.h"
 
+#include <algorithm>
+#include <cmath>
+
+#include "ceres_costs/factor_term.h"
 #include "ceres_costs/whitening.h"
 
 namespace hpgo {
@@ -68,12 +72,23 @@ template <typename G>
 bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const Index name = edge_of_level_[level_edge];
   if (name >= 0) return false;
-  const Chain& chain = chains_[~name];
-  if (!(MissedAt(spans_.Model(chain.root), T) > tolerance_)) return false;
+  Chain& chain = chains_[~name];
+  // What MissedAt says of the whole chain, from its term: most have not been bent.
+  const double bend = BendAt(spans_.Model(chain.root), T);
+  const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
+  if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) return false;
   spans_.Settle(chain.root, T, tolerance_);
   BindTwisted();
-  hierarchy_.SetCondensed(level_edge, TermOfSpan(spans_.Model(chain.root), T));
+  SetTerm(&chain, T);
   return true;
+}
+
+// The term of a chain's level edge, for T of its ends.
+template <typename G>
+void CondensedGraph<G>::SetTerm(Chain* chain, const G& T) {
+  const SpanModel<G>& model = spans_.Model(chain->root);
+  hierarchy_.SetCondensed(chain->level_edge, TermOfSpan(model, T));
+  chain->chi2 = FactorCost(hierarchy_.FactorOf(0, chain->level_edge), false, model.T);
 }
 
 template <typename G>
@@ -82,7 +97,7 @@ void CondensedGraph<G>::SettleAll() {
     if (!chain.alive || chain.level_edge == kNone) continue;
     const G T = TargetOf(chain);
     spans_.SettleAll(chain.root, T);
-    hierarchy_.SetCondensed(chain.level_edge, TermOfSpan(spans_.Model(chain.root), T));
+    SetTerm(&chain, T);
   }
   BindTwisted();
 }
@@ -120,6 +135,8 @@ void CondensedGraph<G>::FinishChain(Index c) {
   data.term = TermOfSpan(spans_.Model(chain.root), T);
   data.weight = ModularityWeight(data.term);
   chain.level_edge = hierarchy_.AddEdge(a, b, data);
+  chain.chi2 =
+      FactorCost(hierarchy_.FactorOf(0, chain.level_edge), false, spans_.Model(chain.root).T);
   chain.is_new = false;
   while (static_cast<Index>(edge_of_level_.size()) <= chain.level_edge) {
     edge_of_level_.push_back(kNone);

@@ -160,12 +160,15 @@ class CondensedGraph {
     Index level_edge = kNone;  // kNone: an end is free
     G T_kept_free;             // where one end is free: the measurements composed
     float length = 0;          // then, in m
+    double chi2 = 0;           // of the level edge where the chain was last linearized
     std::uint32_t stamp = 0;   // of the last ForEachMoved that looked at it
     bool alive = false;
     bool changed = false;   // is in changed_
     bool is_new = false;    // holds an edge that was not there before
     bool composed = false;  // T_kept_free is up to date
   };
+
+  void SetTerm(Chain* chain, const G& T);
 
   // condensed_graph_edit.cc
   void DropChainOf(Index edge);

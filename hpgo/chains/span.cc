@@ -17,8 +17,6 @@ using ceres_costs::SE3;
 
 namespace {
 
-constexpr double kReach = 0.5;  // rad; of a turn by which a linearization says something
-
 // Ad(T_b_c^-1): what a perturbation at b does at c.
 template <typename G>
 typename G::Matrix Transport(const G& T_b_c) {
@@ -103,13 +101,17 @@ SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, c
 }
 
 template <typename G>
-double MissedAt(const SpanModel<G>& model, const G& T) {
+double BendAt(const SpanModel<G>& model, const G& T) {
   constexpr double kShortest = 1e-9;  // m
-  constexpr double kNothing = 1e-6;   // of a bend
   const typename G::Tangent d = model.T.LocalCoordinates(T);
-  const double bend =
-      std::max(d.template tail<G::kRotationDof>().norm(),
-               d.template head<G::kDim>().norm() / std::max<double>(model.length, kShortest));
+  return std::max(d.template tail<G::kRotationDof>().norm(),
+                  d.template head<G::kDim>().norm() / std::max<double>(model.length, kShortest));
+}
+
+template <typename G>
+double MissedAt(const SpanModel<G>& model, const G& T) {
+  constexpr double kNothing = 1e-6;  // of a bend
+  const double bend = BendAt(model, T);
   if (bend < kNothing) return 0;
   const Eigen::LLT<typename G::Matrix> llt(model.covariance.Dense());
   double deviation_sq = 0;
@@ -127,10 +129,12 @@ bool IsTwisted(const G& measurement, const G& T_i_j) {
 }
 
 template <typename G>
-G TowardsWithinReach(const SpanModel<G>& model, const G& T) {
+StepWithinReach<G> TowardsWithinReach(const SpanModel<G>& model, const G& T, double part) {
   const typename G::Tangent d = model.T.LocalCoordinates(T);
   const double turn = d.template tail<G::kRotationDof>().norm();
-  return turn <= kReach ? T : model.T.Retract(kReach / turn * d);
+  part *= std::min(1., kReach / turn);
+  if (!(part < 1)) return {T, true};
+  return {model.T.Retract(part * d), false};
 }
 
 template <typename G>
@@ -148,9 +152,10 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                      \
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&); \
   template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&);      \
+  template double BendAt(const SpanModel<G>&, const G&);                                     \
   template double MissedAt(const SpanModel<G>&, const G&);                                   \
   template bool IsTwisted(const G&, const G&);                                               \
-  template G TowardsWithinReach(const SpanModel<G>&, const G&);                              \
+  template StepWithinReach<G> TowardsWithinReach(const SpanModel<G>&, const G&, double);     \
   template RelativePoseTerm<G> TermOfSpan(const SpanModel<G>&, const G&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)

@@ -7,6 +7,9 @@
 
 namespace hpgo {
 
+// rad, of a turn by which a linearization says something.
+inline constexpr double kReach = 0.5;
+
 // A stretch of a chain from its first node a to its last node b, the nodes between eliminated: the
 // best relative pose of its ends, with the covariance of a right perturbation of T_a_b. Covariances
 // add up along a chain, which keeps all digits; information does not (closure studies: 1e-13
@@ -56,10 +59,13 @@ SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const S
 template <typename G>
 SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c);
 
-// What the model may miss at T, in sqrt(chi2): how far T bends the stretch against where it was
-// linearized (rad, or m per m of its length), times the whitened deviation from the mean, there or
-// at T. Its covariance turns by the one, and pulls with the other; and what the mean was found by
-// turns, too.
+// How far T bends the stretch against where it was linearized: rad, or m per m of its length.
+template <typename G>
+double BendAt(const SpanModel<G>& model, const G& T);
+
+// What the model may miss at T, in sqrt(chi2): the bend, times the whitened deviation from the
+// mean, there or at T. Its covariance turns by the one, and pulls with the other; and what the mean
+// was found by turns, too.
 template <typename G>
 double MissedAt(const SpanModel<G>& model, const G& T);
 
@@ -67,9 +73,15 @@ double MissedAt(const SpanModel<G>& model, const G& T);
 template <typename G>
 bool IsTwisted(const G& measurement, const G& T_i_j);
 
-// The way from where the model was linearized to T, or as much of it as a linearization can go.
 template <typename G>
-G TowardsWithinReach(const SpanModel<G>& model, const G& T);
+struct StepWithinReach {
+  G T;
+  bool arrives = false;  // at the T asked for
+};
+
+// `part` of the way from where the model was linearized to T, or as much as a linearization can go.
+template <typename G>
+StepWithinReach<G> TowardsWithinReach(const SpanModel<G>& model, const G& T, double part);
 
 // The model as a relative-pose term in the coarse convention, whose gradient and Hessian at T are
 // those of the model.

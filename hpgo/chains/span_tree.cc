@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "Eigen/Cholesky"
+#include "ceres_costs/factor_term.h"
 
 namespace hpgo {
 
@@ -325,6 +326,14 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
   poses[leaf.count - 1] = rest.Normalized();
 }
 
+template <typename G>
+double SpanTree<G>::CostOf(const ChainEdge<G>& edge) const {
+  ceres_costs::FactorTerm<G> factor;
+  factor.term = &edge.term;
+  factor.convention = convention_;
+  return FactorCost(factor, false, edge.reversed ? edge.Y.Inverse() : edge.Y);
+}
+
 // `tolerance` below zero: whatever the model may miss.
 template <typename G>
 void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* settled) {
@@ -334,19 +343,15 @@ void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* set
     G poses[kLeafEdges];
     DistributeLeaf(span, T, poses);
     for (int k = 0; k < span.count; ++k) {
-      G& Y = edges_[span.items[k]].Y;
-      const typename G::Tangent moved = Y.LocalCoordinates(poses[k]);
+      ChainEdge<G>& edge = edges_[span.items[k]];
+      settled->before.emplace_back(span.items[k], edge.Y);
+      settled->gained += CostOf(edge);
+      const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
-      Y = poses[k];
+      edge.Y = poses[k];
+      settled->gained -= CostOf(edge);
     }
-    settled->edges += span.count;
     ComputeLeaf(&span);
-    for (int k = 0; k < span.count; ++k) {
-      const ChainEdge<G>& edge = edges_[span.items[k]];
-      if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
-        twisted_.push_back(edge.edge);
-      }
-    }
     return;
   }
   const SplitPose<G> split =
@@ -357,31 +362,61 @@ void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* set
 }
 
 template <typename G>
-int SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
-  constexpr int kMaxTurns = 16;        // a half turn in steps within reach, and as many again
-  constexpr double kSmallTurn = 0.01;  // rad of an edge; what it leaves is of second order
+void SpanTree<G>::Undo(const Settled& settled) {
+  for (const auto& [e, Y] : settled.before) {
+    edges_[e].Y = Y;
+    MarkStale(edges_[e].leaf);
+  }
+}
+
+// Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
+// and no model misses more than `tolerance`. On the way of the ends to T, a step that turns an edge
+// by more than a linearization can reach is made shorter; there, one that raises the cost is the
+// last and is taken back: bent far enough, such steps would go anywhere.
+template <typename G>
+int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
+  constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
+  constexpr double kShorter = 0.3;
   int edges = 0;
-  double again = tolerance;
+  double again = tolerance, part = 1;
+  bool arrived = false;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
     Settled settled;
-    SettleSpan(root, TowardsWithinReach(Model(root), T), again, &settled);
-    edges += settled.edges;
-    if (settled.edges == 0) break;
-    again = settled.turn > kSmallTurn ? -1 : tolerance;
+    SettleSpan(root, step.T, again, &settled);
+    if (settled.before.empty()) break;
+    edges += static_cast<int>(settled.before.size());
+    const bool is_worse = arrived ? !(settled.gained >= 0) : !(settled.turn <= kReach);
+    if (is_worse) {
+      Undo(settled);
+      if (arrived) break;
+      part *= kShorter;
+      continue;
+    }
+    for (const auto& [e, Y] : settled.before) {
+      const ChainEdge<G>& edge = edges_[e];
+      if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
+        twisted_.push_back(edge.edge);
+      }
+    }
+    part = 1;
+    arrived = step.arrives;
+    if (tolerance < 0 && settled.turn <= still && arrived) break;
+    again = settled.turn > still ? -1 : tolerance;
   }
   return edges;
 }
 
 template <typename G>
+int SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
+  constexpr double kSmallTurn = 0.01;  // rad; what it leaves is of second order
+  return SettleInTurns(root, T, tolerance, kSmallTurn);
+}
+
+template <typename G>
 void SpanTree<G>::SettleAll(Index root, const G& T) {
-  constexpr int kMaxTurns = 16;
   constexpr double kStill = 1e-8;  // rad
-  Settled settled;
-  settled.turn = 1;
-  for (int turn = 0; turn < kMaxTurns && settled.turn > kStill; ++turn) {
-    settled = Settled();
-    SettleSpan(root, TowardsWithinReach(Model(root), T), -1, &settled);
-  }
+  SettleInTurns(root, T, -1, kStill);
 }
 
 template <typename G>

@@ -114,10 +114,14 @@ class SpanTree {
   // The conditional means of the relative poses of a leaf's edges.
   void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
   struct Settled {
-    int edges = 0;
-    double turn = 0;  // the largest of an edge, in rad
+    std::vector<std::pair<Index, G>> before;  // the edges that were moved, from where
+    double turn = 0;                          // the largest of an edge, in rad
+    double gained = 0;                        // by which their cost fell
   };
   void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
+  void Undo(const Settled& settled);
+  int SettleInTurns(Index root, const G& T, double tolerance, double still);
+  double CostOf(const ChainEdge<G>& edge) const;
   Index Height(Index span) const { return spans_[span].height; }
 
   template <typename Visitor>

@@ -95,7 +95,7 @@ void Hierarchy<G>::AssignGroups() {
   // again only when it has changed by some.
   const auto size_of_top = [this] { return levels_.back()->num_nodes + levels_.back()->num_edges; };
   if (2 * size_of_top() < next_new_level_) next_new_level_ = 0;
-  while (IsTooLarge(num_levels() - 1, 1) && size_of_top() >= next_new_level_) {
+  while (IsTooLarge(num_levels() - 1) && size_of_top() >= next_new_level_) {
     const Index before = levels_.back()->num_nodes;
     AddLevel();
     next_new_level_ = 0;
@@ -191,14 +191,15 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(const EdgeData<G>& data) const
 }
 
 template <typename G>
-void Hierarchy<G>::RefreshChain(Index edge, const G& T) {
+bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
   const ceres_costs::RelativePoseTerm<G> old = levels_[0]->terms[edge];
-  if (!refresh_(edge, T)) return;
+  if (!refresh_(edge, T)) return false;
   CoarseEdge<G> now;
   now.T_g_h = T;
   LinearizeFactor(FactorOf(0, edge), false, T, &now.model);
   now.inverse = SemiDefiniteInverse<G>(now.model.A);
   refreshed_.emplace_back(edge, QuadraticChange(now, &old));
+  return true;
 }
 
 template <typename G>

@@ -74,8 +74,9 @@ class Hierarchy {
   using RefreshCondensed = std::function<bool(Index edge, const G& T)>;
   void SetRefresh(RefreshCondensed refresh) { refresh_ = std::move(refresh); }
   // To be called before an edge of level 0 is linearized at T; notes how much its gradient changes.
-  void Refresh(Index edge, const G& T) {
-    if (levels_[0]->edges[edge].condensed && refresh_) RefreshChain(edge, T);
+  // True if it has changed.
+  bool Refresh(Index edge, const G& T) {
+    return levels_[0]->edges[edge].condensed && refresh_ && RefreshChain(edge, T);
   }
   // The edges that Refresh has changed since this was last asked, and by how much, in sqrt(chi2).
   std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
@@ -90,6 +91,8 @@ class Hierarchy {
     }
     return false;
   }
+  // For a top, by a multiple of what one may hold.
+  bool IsTooLarge(int l, double share = 1) const;
   // Algorithm 1 for the nodes without a group; builds a new level when the top has grown too large.
   void AssignGroups();
   void SetFixed(Index node, bool fixed);
@@ -153,7 +156,7 @@ class Hierarchy {
     Index index;
   };
 
-  void RefreshChain(Index edge, const G& T);
+  bool RefreshChain(Index edge, const G& T);
 
   // hierarchy_moves.cc
   void StartTracking();
@@ -191,7 +194,6 @@ class Hierarchy {
   void AddLevel();
   void DropTop();
   void DropSmallTop();
-  bool IsTooLarge(int l, int part) const;
 
   HierarchyOptions options_;
   std::uint32_t stamp_ = 0;

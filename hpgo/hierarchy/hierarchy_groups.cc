@@ -174,19 +174,18 @@ void Hierarchy<G>::DropTop() {
                     unassigned_.end());
 }
 
-// For a top, by `part` of what one may hold.
 template <typename G>
-bool Hierarchy<G>::IsTooLarge(int l, int part) const {
+bool Hierarchy<G>::IsTooLarge(int l, double share) const {
   const int max_nodes =
       l == 0 ? std::max(options_.max_top_nodes, options_.max_whole_nodes) : options_.max_top_nodes;
-  return levels_[l]->num_nodes > max_nodes / part ||
-         levels_[l]->num_edges > options_.max_top_edges / part;
+  return levels_[l]->num_nodes > share * max_nodes ||
+         levels_[l]->num_edges > share * options_.max_top_edges;
 }
 
 template <typename G>
 void Hierarchy<G>::DropSmallTop() {
   // Half of T, so that a graph that grows and shrinks does not build and drop levels in turns.
-  while (num_levels() > 1 && !IsTooLarge(num_levels() - 2, 2)) {
+  while (num_levels() > 1 && !IsTooLarge(num_levels() - 2, 0.5)) {
     DropTop();
     next_new_level_ = 0;
   }

@@ -21,11 +21,14 @@ int RoundUp(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
 
 template <int kBlock>
 void BlockCholesky<kBlock>::Analyze(int n, const std::vector<std::pair<int, int>>& pairs) {
-  n_ = n;
-  Order(pairs);
-  FindSupernodes();
-  FindRows();
-  PlaceValues(pairs);
+  if (n != n_ || pairs != pairs_) {
+    n_ = n;
+    pairs_ = pairs;
+    Order(pairs);
+    FindSupernodes();
+    FindRows();
+    PlaceValues(pairs);
+  }
   SetZero();
 }
 

@@ -17,7 +17,7 @@ class BlockCholesky {
 
   // Orders and analyzes a matrix of n block rows, whose blocks off the diagonal are those of
   // `pairs` and their transposes. Pairs may be in any order and direction and must be distinct,
-  // with first != second. Sets all values to zero.
+  // with first != second. The same again costs nothing. Sets all values to zero.
   void Analyze(int n, const std::vector<std::pair<int, int>>& pairs);
 
   // The values to fill in before Factor: the diagonal block of node i, and the block of pair p in
@@ -53,13 +53,14 @@ class BlockCholesky {
     bool transposed;
   };
 
-  int n_ = 0;
-  std::vector<int> position_;             // node -> its place in the elimination order
-  std::vector<int> below_begin_, below_;  // place -> the later places of its neighbours
-  std::vector<int> parent_;               // of the elimination tree, by place
-  std::vector<int> super_begin_;          // supernode -> its first place
-  std::vector<int> super_of_;             // place -> supernode
-  std::vector<std::int64_t> rows_begin_;  // supernode -> its places in rows_, its own first
+  int n_ = -1;                              // none analyzed yet
+  std::vector<std::pair<int, int>> pairs_;  // of the last Analyze
+  std::vector<int> position_;               // node -> its place in the elimination order
+  std::vector<int> below_begin_, below_;    // place -> the later places of its neighbours
+  std::vector<int> parent_;                 // of the elimination tree, by place
+  std::vector<int> super_begin_;            // supernode -> its first place
+  std::vector<int> super_of_;               // place -> supernode
+  std::vector<std::int64_t> rows_begin_;    // supernode -> its places in rows_, its own first
   std::vector<int> rows_;
   std::vector<std::int64_t> panel_begin_;  // supernode -> its panel in factor_
   std::vector<int> panel_ld_;

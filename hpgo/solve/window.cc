@@ -119,13 +119,24 @@ void Window<G>::AddFactors() {
 
 // Chains that have been bent since they were linearized; their factors point to the new terms.
 template <typename G>
-void Window<G>::RefreshChains() {
-  if (level_ != 0) return;
-  for (std::size_t k = 0; k < edges_.size(); ++k) {
+bool Window<G>::RefreshChains() {
+  bool any = false;
+  for (std::size_t k = 0; k < edges_.size() && level_ == 0; ++k) {
     if (hierarchy_->level(0).edges[edges_[k]].condensed) {
-      hierarchy_->Refresh(edges_[k], RelativePose(k));
+      any |= hierarchy_->Refresh(edges_[k], RelativePose(k));
     }
   }
+  return any;
+}
+
+template <typename G>
+double Window<G>::Cost() const {
+  double cost = 0;
+  for (std::size_t k = 0; k < edges_.size(); ++k) {
+    const Factor<G>& factor = subproblem_.factors[k];
+    cost += FactorCost(factor, factor.i == kWorldFrame, RelativePose(k));
+  }
+  return cost;
 }
 
 // Nothing holds the window: its first node becomes constant, the last of the list.

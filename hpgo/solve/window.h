@@ -40,8 +40,11 @@ class Window {
   // T_before_now of the node nodes()[k].
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 
-  // On level 0: linearizes anew, at the subproblem's poses, the chains that are bent there.
-  void RefreshChains();
+  // On level 0: linearizes anew, at the subproblem's poses, the chains that are bent there. True if
+  // there were any: the cost is another one then.
+  bool RefreshChains();
+  // At the subproblem's poses.
+  double Cost() const;
   // For another solve of what is there: what has been committed is where it begins.
   void Restart();
   // Makes the motions of the free poses since Build `factor` times as long.
