@@ -220,6 +220,7 @@ class CondensedGraph {
   std::vector<Index> free_nodes_, free_edges_, free_chains_;
   Index num_nodes_ = 0, num_edges_ = 0;
   std::uint32_t next_born_ = 0;
+  std::uint32_t first_new_ = 0;  // nodes born since have not been through Restructure
   // Changes since the last Restructure.
   std::map<Index, EdgeData<G>> new_data_;  // of new edges
   std::map<Index, G> loose_;               // poses of nodes that are neither kept nor in a chain

@@ -259,6 +259,7 @@ void CondensedGraph<G>::Restructure() {
     if (tracking_ && !nodes_[n].reported) unreported_.push_back(n);
   }
   BindTwisted();
+  first_new_ = next_born_;
 }
 
 // The touched nodes that are in no place yet.
@@ -290,8 +291,9 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
     std::vector<Tie> ties;
     ForEachEdgeOf(n, [&](Index e, Index other) {
       if (other == kNone) return;
-      const bool old = !nodes_[other].loose;
-      if (old || given.count(other) > 0) ties.push_back({e, other, WorldPose(other), old});
+      const bool old = nodes_[other].born < first_new_;  // a new one that is held is not loose
+      if (old || !nodes_[other].loose || given.count(other) > 0)
+        ties.push_back({e, other, WorldPose(other), old});
     });
     if (ties.empty()) continue;
     const auto cost = [&](const G& X) {
@@ -307,7 +309,7 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
       if (tie->old) {
         const G& Z = FactorOf(tie->edge).term->measurement;
         candidates.push_back(tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse()));
-      } else {
+      } else if (given.count(tie->other) > 0) {
         candidates.push_back(tie->X * given.at(tie->other).Between(given.at(n)));
       }
       if (candidates.size() == 2) break;
