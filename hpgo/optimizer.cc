@@ -78,6 +78,22 @@ Result<EdgeId> Optimizer<G>::AddPrior(NodeId id, const G& measurement, const Mat
   return impl_->AddPrior(id, std::move(data));
 }
 template <typename G>
+Result<EdgeId> Optimizer<G>::AddCustomPrior(NodeId id,
+                                            std::shared_ptr<const ceres::CostFunction> cost,
+                                            const G& measurement, const Matrix& information,
+                                            Loss loss) {
+  const std::vector<std::int32_t> blocks(1, G::kParams);
+  if (cost == nullptr || cost->parameter_block_sizes() != blocks) {
+    return Status(StatusCode::kInvalidArgument, PriorName(id) + ": the cost is not over one pose");
+  }
+  const Status status = CheckMeasurement(measurement, information, PriorName(id));
+  if (!status.ok()) return status;
+  EdgeData<G> data = MakeData(measurement, information, std::move(loss));
+  data.custom = std::move(cost);
+  data.offset = std::make_shared<G>();
+  return impl_->AddPrior(id, std::move(data));
+}
+template <typename G>
 Status Optimizer<G>::RemoveEdge(EdgeId edge) {
   return impl_->RemoveEdge(edge);
 }
@@ -151,6 +167,10 @@ Result<EdgeError> Optimizer<G>::GetEdgeError(EdgeId edge) const {
 template <typename G>
 double Optimizer<G>::Cost() const {
   return impl_->Cost();
+}
+template <typename G>
+Result<std::shared_ptr<CeresLevel<G>>> Optimizer<G>::LevelProblem(int level) {
+  return impl_->LevelProblem(level);
 }
 template <typename G>
 PoseGraph<G> Optimizer<G>::ToGraph() const {

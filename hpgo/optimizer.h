@@ -14,6 +14,9 @@
 
 namespace hpgo {
 
+template <typename G>
+class CeresLevel;
+
 // Names an edge or a prior for as long as it exists; never given twice.
 struct EdgeId {
   std::int64_t value = -1;
@@ -84,6 +87,11 @@ class Optimizer {
   // A measurement of T_world_sensor with P = T_node_sensor; rows of zeros are not measured.
   Result<EdgeId> AddPrior(NodeId id, const G& measurement, const Matrix& information,
                           const G& offset = G(), Loss loss = nullptr);
+  // Any Ceres cost over {X}, whitened; `measurement` and `information` approximate it.
+  // kInvalidArgument where it cannot be evaluated at the estimate.
+  Result<EdgeId> AddCustomPrior(NodeId id, std::shared_ptr<const ceres::CostFunction> cost,
+                                const G& measurement, const Matrix& information,
+                                Loss loss = nullptr);
   // Replaces the measurement of an edge or a prior, and the loss where one (or null) is given.
   // kInvalidArgument for an edge with a custom cost.
   Status UpdateEdge(EdgeId edge, const G& measurement, const Matrix& information,
@@ -164,6 +172,12 @@ class Optimizer {
   Result<Matrix> MarginalCovariance(NodeId id) const;
   // That of T_i_j = X_i^-1 X_j, under a right perturbation of it; likewise.
   Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
+
+  // A level as a ceres::Problem at the current estimate, with its values and the way from nodes to
+  // blocks: hpgo/ceres/level_problem.h. Levels are those of `hierarchy()` after the last update:
+  // level 0 is the kept nodes. O(nodes of the level). kInvalidArgument where there is no such
+  // level.
+  Result<std::shared_ptr<CeresLevel<G>>> LevelProblem(int level);
 
   // The graph with the current estimate; custom costs and losses are not part of it.
   PoseGraph<G> ToGraph() const;

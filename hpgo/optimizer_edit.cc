@@ -1,6 +1,7 @@
 // Optimizer: adding, changing and removing.
 
 #include <algorithm>
+#include <cmath>
 
 #include "ceres_costs/common_motion.h"
 #include "hpgo/graph/compose_poses.h"
@@ -105,6 +106,14 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data) {
   const Result<Index> node = FindNode(id);
   const std::string name = PriorName(id);
   if (!node.ok()) return Status(node.status().code(), name + ": " + node.status().message());
+  if (data.custom != nullptr) {
+    ceres_costs::FactorTerm<G> factor;
+    factor.custom = data.custom.get();
+    if (!std::isfinite(FactorCost(factor, true, graph_.WorldPose(*node)))) {
+      return Status(StatusCode::kInvalidArgument,
+                    name + ": its cost cannot be evaluated at the estimate");
+    }
+  }
   data.term = Normalized(data.term);
   data.offset = std::make_shared<G>(data.offset->Normalized());
   ++num_priors_;

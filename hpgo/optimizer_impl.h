@@ -77,6 +77,7 @@ class Optimizer<G>::Impl {
   std::vector<EdgeError> EdgeErrors() const;
   Result<EdgeError> GetEdgeError(EdgeId edge) const;
   double Cost() const;
+  Result<std::shared_ptr<CeresLevel<G>>> LevelProblem(int level);
 
   // optimizer_covariance.cc
   Result<Matrix> MarginalCovariance(NodeId id) const;

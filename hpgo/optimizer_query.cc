@@ -6,6 +6,7 @@
 #include "glog/logging.h"
 #include "hpgo/hierarchy/consistency.h"
 #include "hpgo/optimizer_impl.h"
+#include "hpgo/solve/level_problem.h"
 
 namespace hpgo {
 
@@ -84,6 +85,11 @@ double Optimizer<G>::Impl::Cost() const {
     cost += FactorCost(graph_.FactorOf(e), graph_.End(e, 0) == kNone, T);
   });
   return cost;
+}
+
+template <typename G>
+Result<std::shared_ptr<CeresLevel<G>>> Optimizer<G>::Impl::LevelProblem(int level) {
+  return CeresLevel<G>::Make(level, &hierarchy_);
 }
 
 template <typename G>

@@ -118,8 +118,10 @@ class PoseSystemOf final : public PoseSystem {
       descent -= d.dot(Eigen::Map<const Vector>(&gradient_[static_cast<std::size_t>(p) * D]));
       scaled += d.dot(Block(cholesky_.Diagonal(p)).diagonal().cwiseProduct(d));
     }
+    slope_ = -descent;
     return (descent + damping * scaled) / 2;
   }
+  double Slope() const override { return slope_; }
 
   double Try(double part) override {
     trial_ = values_;
@@ -395,6 +397,7 @@ class PoseSystemOf final : public PoseSystem {
   BlockCholesky<D> cholesky_;
   std::vector<double> plus_jacobians_, gradient_, step_;
   double gradient_norm_ = 0, gradient_max_norm_ = 0, step_norm_ = 0, value_norm_ = 0;
+  double slope_ = 0;
   // Workspace of one residual.
   std::vector<double> residuals_, jacobian_, local_[2], delta_, moved_;
   std::vector<const double*> parameters_;

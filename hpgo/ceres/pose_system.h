@@ -28,6 +28,8 @@ class PoseSystem {
   virtual bool Factorize(double damping) = 0;
   // Finds the step of the damped system. By how much the model without damping decreases with it.
   virtual double FindStep(double damping) = 0;
+  // The derivative of the cost along that step, where it begins.
+  virtual double Slope() const = 0;
   // The cost after a part of the step; NaN as above.
   virtual double Try(double part) = 0;
   // Of what was tried, and of the values before: Euclidean norms over the blocks that move.

@@ -1,19 +1,13 @@
 #include "hpgo/solve/ceres_solver.h"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
-#include <string>
 #include <vector>
 
 #include "ceres/iteration_callback.h"
 #include "ceres/problem.h"
 #include "ceres/solver.h"
-#include "ceres_costs/local_jacobian_cost.h"
-#include "ceres_costs/manifolds.h"
-#include "ceres_costs/prior_cost.h"
-#include "ceres_costs/relative_pose_cost.h"
+#include "hpgo/solve/ceres_poses.h"
 
 namespace hpgo {
 namespace {
@@ -56,15 +50,6 @@ class Watch final : public ceres::IterationCallback {
   bool cancelled_ = false;
 };
 
-ceres::Problem::Options ProblemOptions() {
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.disable_all_safety_checks = true;
-  return options;
-}
-
 ceres::Solver::Options SolverOptions(const SubproblemOptions& options) {
   ceres::Solver::Options ceres_options;
   ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
@@ -92,8 +77,8 @@ class CeresSolver final : public SubproblemSolver<G> {
   SubproblemSummary Solve(const SubproblemOptions& options, Subproblem<G>* problem) override {
     const Clock::time_point begin = Clock::now();
     SubproblemSummary summary;
-    ceres::Problem ceres_problem(ProblemOptions());
-    summary.status = Build(problem, &ceres_problem);
+    ceres::Problem ceres_problem(CeresPosesOptions());
+    summary.status = poses_.Build(*problem, &ceres_problem);
     if (summary.status.ok()) {
       Watch watch(options, begin);
       ceres::Solver::Options ceres_options = SolverOptions(options);
@@ -102,7 +87,7 @@ class CeresSolver final : public SubproblemSolver<G> {
       ceres::Solve(ceres_options, &ceres_problem, &ceres_summary);
       Summarize(ceres_summary, watch.cancelled(), &summary);
       if (summary.final_cost < summary.initial_cost) {
-        for (int k = 0; k < problem->num_free; ++k) problem->poses[k] = G(Parameters(k));
+        for (int k = 0; k < problem->num_free; ++k) problem->poses[k] = poses_.Pose(k);
       }
     }
     summary.seconds = SecondsSince(begin);
@@ -110,58 +95,6 @@ class CeresSolver final : public SubproblemSolver<G> {
   }
 
  private:
-  double* Parameters(int k) { return &parameters_[static_cast<std::size_t>(k) * G::kParams]; }
-
-  Status Build(Subproblem<G>* problem, ceres::Problem* ceres_problem) {
-    relative_used_ = prior_used_ = 0;
-    adapters_.clear();
-    const int size = static_cast<int>(problem->poses.size());
-    parameters_.resize(problem->poses.size() * G::kParams);
-    for (int k = 0; k < size; ++k) {
-      double* pose = Parameters(k);
-      std::copy_n(problem->poses[k].data(), G::kParams, pose);
-      ceres_problem->AddParameterBlock(pose, G::kParams, &manifold_);
-      if (k >= problem->num_free) ceres_problem->SetParameterBlockConstant(pose);
-    }
-    for (const Factor<G>& factor : problem->factors) {
-      ceres::CostFunction* cost = CostOf(factor);
-      if (cost == nullptr) {
-        return Status(
-            StatusCode::kInvalidArgument,
-            "the factor between poses " + std::to_string(factor.i) + " and " +
-                std::to_string(factor.j) +
-                (factor.custom == nullptr ? ": information is not positive semi-definite"
-                                          : ": the cost's parameter blocks are not these poses"));
-      }
-      auto* loss = const_cast<ceres::LossFunction*>(factor.loss);  // Ceres only evaluates it
-      double* pose_j = Parameters(factor.j);
-      if (factor.i == kWorldFrame) {
-        ceres_problem->AddResidualBlock(cost, loss, pose_j);
-      } else {
-        ceres_problem->AddResidualBlock(cost, loss, Parameters(factor.i), pose_j);
-      }
-    }
-    return Status::Ok();
-  }
-
-  // A cost of the pool that stands for the factor, or null if its values do not allow one.
-  ceres::CostFunction* CostOf(const Factor<G>& factor) {
-    const bool unary = factor.i == kWorldFrame;
-    if (factor.custom != nullptr) {
-      if (!ceres_costs::LocalJacobianCost<G>::IsOverPoses(*factor.custom)) return nullptr;
-      if (factor.custom->parameter_block_sizes().size() != (unary ? 1u : 2u)) return nullptr;
-      return &adapters_.emplace_back(factor.custom);
-    }
-    if (unary) {
-      if (prior_used_ == priors_.size()) priors_.emplace_back(JacobianKind::kLocal);
-      ceres_costs::PriorCost<G>& cost = priors_[prior_used_++];
-      return cost.Reset(*factor.term, factor.offset, factor.convention) ? &cost : nullptr;
-    }
-    if (relative_used_ == relatives_.size()) relatives_.emplace_back(JacobianKind::kLocal);
-    ceres_costs::RelativePoseCost<G>& cost = relatives_[relative_used_++];
-    return cost.Reset(*factor.term, factor.convention) ? &cost : nullptr;
-  }
-
   static void Summarize(const ceres::Solver::Summary& from, bool cancelled, SubproblemSummary* to) {
     to->initial_cost = kCeresFactor * from.initial_cost;
     to->final_cost = kCeresFactor * from.final_cost;
@@ -184,13 +117,7 @@ class CeresSolver final : public SubproblemSolver<G> {
     }
   }
 
-  ceres_costs::LocalPoseManifold<G> manifold_;
-  std::vector<double> parameters_;  // of all poses
-  // Deques: the problem holds pointers into them.
-  std::deque<ceres_costs::RelativePoseCost<G>> relatives_;
-  std::deque<ceres_costs::PriorCost<G>> priors_;
-  std::deque<ceres_costs::LocalJacobianCost<G>> adapters_;
-  std::size_t relative_used_ = 0, prior_used_ = 0;
+  CeresPoses<G> poses_{JacobianKind::kLocal};
 };
 
 }  // namespace
