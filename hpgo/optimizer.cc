@@ -124,6 +124,11 @@ UpdateReport Optimizer<G>::Refine(const UpdateLimits& limits) {
 }
 
 template <typename G>
+UpdateReport Optimizer<G>::Converge(const UpdateLimits& limits) {
+  return impl_->Converge(limits);
+}
+
+template <typename G>
 Result<G> Optimizer<G>::GetPose(NodeId id) const {
   return impl_->GetPose(id);
 }

@@ -12,10 +12,18 @@
 #include "hpgo/graph/status.h"
 #include "hpgo/optimizer_options.h"
 
+namespace ceres {
+class CostFunction;
+class LossFunction;
+}  // namespace ceres
+
 namespace hpgo {
 
 template <typename G>
-class CeresLevel;
+class CeresLevel;  // hpgo/ceres/level_problem.h
+
+template <typename G>
+class Hierarchy;  // hpgo/hierarchy/hierarchy.h
 
 // Names an edge or a prior for as long as it exists; never given twice.
 struct EdgeId {

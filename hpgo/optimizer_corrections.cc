@@ -1,6 +1,7 @@
 // Optimizer: what has changed of the map that a client holds.
 
 #include "hpgo/optimizer_impl.h"
+#include "hpgo/update/motion.h"
 
 namespace hpgo {
 

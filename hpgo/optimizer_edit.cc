@@ -20,6 +20,15 @@ ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> ter
 }  // namespace
 
 template <typename G>
+Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
+    : options_(options),
+      graph_({options.max_group_size, options.max_top_nodes, options.max_whole_nodes,
+              options.max_top_edges, options.coarse_edges, options.convention},
+             options.condense_chains),
+      hierarchy_(graph_.hierarchy()),
+      updater_(options, &graph_, [this](Index e) { return NameOfLevelEdge(e); }) {}
+
+template <typename G>
 EdgeId Optimizer<G>::Impl::IdOf(Index edge) const {
   return {static_cast<std::int64_t>(graph_.Generation(edge)) << 32 | edge};
 }
@@ -55,6 +64,23 @@ std::string Optimizer<G>::Impl::NameOfLevelEdge(Index level_edge) const {
   if (edge != kNone) return NameOf(edge);
   return "chain " + std::to_string(ids_[graph_.EndOfLevel(level_edge, 0)]) + " -> " +
          std::to_string(ids_[graph_.EndOfLevel(level_edge, 1)]);
+}
+
+// What has changed since this was last asked.
+template <typename G>
+Changes Optimizer<G>::Impl::TakeChanges() {
+  Changes changes;
+  changes.num_nodes = static_cast<int>(new_nodes_.size());
+  changes.num_edges = static_cast<int>(new_edges_.size());
+  for (const EdgeId id : new_edges_) {
+    const Result<Index> edge = FindEdge(id);
+    if (edge.ok()) changes.edges.push_back(*edge);  // else removed since
+  }
+  changes.disturbed.swap(disturbed_);
+  changes.newest = newest_;
+  new_nodes_.clear();
+  new_edges_.clear();
+  return changes;
 }
 
 template <typename G>
@@ -96,8 +122,7 @@ Result<EdgeId> Optimizer<G>::Impl::AddEdge(NodeId i, NodeId j, EdgeData<G> data)
   }
   data.term = Normalized(data.term);
   data.weight = ModularityWeight(data.term);
-  // The edge may join two components, each held by something.
-  check_anchors_ |= anchors_.size() + !fixed_.empty() + (num_priors_ > 0) > 1;
+  gauge_.NoteEdge();
   return IdOf(Link(*a, *b, data));
 }
 
@@ -116,8 +141,7 @@ Result<EdgeId> Optimizer<G>::Impl::AddPrior(NodeId id, EdgeData<G> data) {
   }
   data.term = Normalized(data.term);
   data.offset = std::make_shared<G>(data.offset->Normalized());
-  ++num_priors_;
-  check_anchors_ = true;
+  gauge_.NotePriors(1);
   return IdOf(Link(kNone, *node, data));
 }
 
@@ -141,36 +165,16 @@ Status Optimizer<G>::Impl::UpdateEdge(EdgeId id, const G& measurement, const Mat
   return Status::Ok();
 }
 
-// Makes the scheduler look at a node, or at the end of its chain: at its edges on every level.
-template <typename G>
-void Optimizer<G>::Impl::Disturb(Index n) {
-  constexpr int kMaxEdges = 64;
-  const Index kept = graph_.KeptNear(n);
-  if (kept == kNone) return;
-  Index node = graph_.LevelNodeOf(kept);
-  for (int l = 0; l < hierarchy_.num_levels() && node != kNone;
-       node = hierarchy_.level(l++).nodes[node].parent) {
-    int count = 0;
-    ForEachEdge(hierarchy_.level(l), node, [&](Index e, Index) {
-      if (++count > kMaxEdges) return;
-      // Just above the threshold: the look decides.
-      hierarchy_.SetPending(l, e,
-                            std::max(hierarchy_.level(l).edges[e].pending, 2 * thresholds_.pending),
-                            thresholds_.pending);
-    });
-  }
-}
-
 template <typename G>
 Status Optimizer<G>::Impl::RemoveEdge(EdgeId id) {
   const Result<Index> edge = FindEdge(id);
   if (!edge.ok()) return edge.status();
   const Index ends[2] = {graph_.End(*edge, 0), graph_.End(*edge, 1)};
   graph_.RemoveEdge(*edge);
-  num_priors_ -= ends[0] == kNone;
-  check_anchors_ = true;
+  if (ends[0] == kNone) gauge_.NotePriors(-1);
+  gauge_.NoteRemoval();
   for (const Index end : ends) {
-    if (end != kNone) Disturb(end);
+    if (end != kNone) disturbed_.push_back(end);
   }
   return Status::Ok();
 }
@@ -179,23 +183,19 @@ template <typename G>
 Status Optimizer<G>::Impl::RemoveNode(NodeId id) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
-  std::vector<Index> neighbours;
   graph_.ForEachEdgeOf(*node, [&](Index, Index other) {
     if (other == kNone) {
-      --num_priors_;
+      gauge_.NotePriors(-1);
     } else {
-      neighbours.push_back(other);
+      disturbed_.push_back(other);
     }
   });
-  anchors_.erase(*node);
-  fixed_.erase(*node);
+  gauge_.Forget(*node);
   new_nodes_.erase(std::remove(new_nodes_.begin(), new_nodes_.end(), *node), new_nodes_.end());
   if (newest_ == *node) newest_ = kNone;
   ForgetNode(*node);
   graph_.RemoveNode(*node);
   index_of_.Erase(id);
-  check_anchors_ = true;
-  for (const Index neighbour : neighbours) Disturb(neighbour);
   return Status::Ok();
 }
 
@@ -203,16 +203,7 @@ template <typename G>
 Status Optimizer<G>::Impl::SetFixed(NodeId id, bool fixed) {
   const Result<Index> node = FindNode(id);
   if (!node.ok()) return node.status();
-  if (fixed == (fixed_.count(*node) > 0)) return Status::Ok();
-  anchors_.erase(*node);
-  graph_.SetHeld(*node, fixed);
-  if (fixed) {
-    fixed_.insert(*node);
-  } else {
-    fixed_.erase(*node);
-    Disturb(*node);
-  }
-  check_anchors_ = true;
+  if (gauge_.SetFixed(*node, fixed, &graph_) && !fixed) disturbed_.push_back(*node);
   return Status::Ok();
 }
 

@@ -79,15 +79,6 @@ Result<EdgeError> Optimizer<G>::Impl::GetEdgeError(EdgeId id) const {
 }
 
 template <typename G>
-double Optimizer<G>::Impl::Cost() const {
-  double cost = 0;
-  graph_.ForEachRelativePose([&](Index e, const G& T) {
-    cost += FactorCost(graph_.FactorOf(e), graph_.End(e, 0) == kNone, T);
-  });
-  return cost;
-}
-
-template <typename G>
 Result<std::shared_ptr<CeresLevel<G>>> Optimizer<G>::Impl::LevelProblem(int level) {
   return CeresLevel<G>::Make(level, &hierarchy_);
 }
@@ -102,7 +93,7 @@ PoseGraph<G> Optimizer<G>::Impl::ToGraph() const {
     GraphNode<G> node;
     node.id = id;
     node.pose = pose.Normalized();
-    node.fixed = fixed_.count(n) > 0;
+    node.fixed = gauge_.IsFixed(n);
     position[n] = *graph.AddNode(node);
   });
   for (Index e = 0; e < graph_.end_of_edges(); ++e) {

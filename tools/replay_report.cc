@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "hpgo/hierarchy/hierarchy.h"
 #include "hpgo/solve/solver_factory.h"
 #include "tools/console.h"
 

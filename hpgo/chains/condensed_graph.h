@@ -59,6 +59,9 @@ class CondensedGraph {
   Index num_edges() const { return num_edges_; }
   // Past the largest index of an edge ever given.
   Index end_of_edges() const { return static_cast<Index>(edges_.size()); }
+  bool IsNode(Index node) const {
+    return node < static_cast<Index>(nodes_.size()) && nodes_[node].alive;
+  }
   bool IsEdge(Index edge) const { return edge < end_of_edges() && edges_[edge].alive; }
   std::uint32_t Generation(Index edge) const { return edges_[edge].generation; }
   Index End(Index edge, int side) const { return edges_[edge].node[side]; }

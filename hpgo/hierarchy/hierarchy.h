@@ -9,14 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "hpgo/hierarchy/coarse_edges.h"
 #include "hpgo/hierarchy/level.h"
 
 namespace hpgo {
-
-enum class CoarseEdges {
-  kGalerkin,   // the exact restriction of the fine edges at the current estimate
-  kCondensed,  // the paper's: mean and marginal covariance of a local subgraph
-};
 
 struct HierarchyOptions {
   int max_group_size = 3;   // K; at least 2

@@ -8,6 +8,7 @@
 
 #include "ceres_costs/relative_pose_error.h"
 #include "hpgo/graph/pose_graph.h"
+#include "hpgo/solve/engine.h"
 #include "hpgo/solve/initial_guess.h"
 #include "hpgo/solve/subproblem.h"
 

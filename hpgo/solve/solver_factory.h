@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "hpgo/solve/engine.h"
 #include "hpgo/solve/subproblem.h"
 
 namespace hpgo {

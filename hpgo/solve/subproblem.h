@@ -31,11 +31,6 @@ struct Subproblem {
   std::vector<Factor<G>> factors;
 };
 
-enum class Engine {
-  kCeres,  // ceres::Problem, SPARSE_NORMAL_CHOLESKY
-  kBlock,  // Gauss-Newton / Levenberg-Marquardt on the blocks of the Hessian
-};
-
 struct SubproblemOptions {
   int max_iterations = 1;
   // Seconds of wall time; checked between iterations.

@@ -196,7 +196,7 @@ void Window<G>::Restart() {
 }
 
 template <typename G>
-void Window<G>::Stretch(double factor) {
+void Window<G>::Scale(double factor) {
   for (int k = 0; k < subproblem_.num_free; ++k) {
     G& pose = subproblem_.poses[k];
     pose = before_[k].Retract(factor * before_[k].LocalCoordinates(pose));

@@ -48,11 +48,7 @@ class Window {
   // For another solve of what is there: what has been committed is where it begins.
   void Restart();
   // Makes the motions of the free poses since Build `factor` times as long.
-  void Stretch(double factor);
-  // How far the node nodes()[k] has gone since Build, in the world.
-  typename G::Vector Displacement(std::size_t k) const {
-    return subproblem_.poses[k].translation() - before_[k].translation();
-  }
+  void Scale(double factor);
   // Writes the free poses into the hierarchy.
   void Commit(Hierarchy<G>* hierarchy) const;
 

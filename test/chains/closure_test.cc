@@ -3,6 +3,7 @@
 #include <random>
 
 #include "gtest/gtest.h"
+#include "hpgo/hierarchy/hierarchy.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
 

@@ -341,7 +341,7 @@ TYPED_TEST(WindowTest, KnowsRelativePosesBeforeAndAfter) {
   }
 }
 
-TYPED_TEST(WindowTest, StretchesItsMotions) {
+TYPED_TEST(WindowTest, ScalesItsMotions) {
   using G = TypeParam;
   Hierarchy<G> hierarchy = this->MakeRandom(60, 2);
   ASSERT_TRUE(this->window_.Build(0, {20}, {9, 1000}, &hierarchy));
@@ -351,7 +351,7 @@ TYPED_TEST(WindowTest, StretchesItsMotions) {
     poses[k] = poses[k] * RandomPose<G>(&this->rng_, 1, 1);
   }
   const std::vector<G> after = poses;
-  this->window_.Stretch(1.5);
+  this->window_.Scale(1.5);
   for (std::size_t k = 0; k < poses.size(); ++k) {
     const typename G::Tangent once = before[k].LocalCoordinates(after[k]);
     EXPECT_LE((before[k].LocalCoordinates(poses[k]) - 1.5 * once).norm(), 1e-12);

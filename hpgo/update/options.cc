@@ -1,4 +1,4 @@
-#include "hpgo/optimizer_options.h"
+#include "hpgo/update/options.h"
 
 #include <limits>
 

@@ -1,0 +1,67 @@
+// The numbers that steer an update, but for the caller's (options.h). Each names the quantity that
+// it bounds; README.md lists the test that fails without it.
+#pragma once
+
+namespace hpgo {
+
+// --- What is worth looking at.
+// The mean chi2 follows the estimate by samples: so many edges an update and one more for each new
+// edge, over the last kMeanMemory of them.
+inline constexpr int kSamplesPerUpdate = 4, kMostSamplesPerUpdate = 1000, kMeanMemory = 2000;
+// Means by which a sample counts at most: an edge that does not fit yet says nothing of the noise.
+inline constexpr double kMostMeansOfASample = 10;
+// What a chain's model may miss before it is linearized anew, of what makes a merge worth it.
+inline constexpr double kChainToleranceOfDirty = 0.2;
+// Edges of a node, on each level, that a removal makes the search look at.
+inline constexpr int kMostDisturbedEdges = 64;
+
+// --- A solve of a window.
+// Taus by which a step misses what its linearization promised for another one to be worth it.
+inline constexpr double kTausMissedForAnother = 10;
+// Where a step raises the cost with chains linearized where it ends: the part of it that is tried
+// next, by a cubic through what is known, within these; and the shortest part.
+inline constexpr double kLeastPartTriedNext = 0.1, kMostPartTriedNext = 0.5;
+inline constexpr double kShortestPart = 1e-3;
+// Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
+// falls; and how many of them are asked at most.
+inline constexpr double kHalfTurnToAskBelow = 0.025;
+inline constexpr int kMostAskedBelow = 2000;
+
+// --- Windows by time.
+// Of a limit, for one window.
+inline constexpr double kWindowShareOfTime = 0.35;
+// The time of a window grows with this power of its size: the factorization fills in.
+inline constexpr double kFillGrowth = 1.3;
+// Sizes of the options to which windows may grow where time bounds them or nothing does, and how
+// fast: one that needed damping is followed by small ones.
+inline constexpr double kLargestWindow = 20, kWindowGrowth = 1.5;
+// Sizes of the options below which the time of a window says little.
+inline constexpr double kSmallestTimedWindow = 0.5;
+// By which the expected time goes down, and up: rather too small a window than an update that takes
+// too long.
+inline constexpr double kShareOfFaster = 0.2, kShareOfSlower = 0.5;
+// Windows on level 0 in a turn where time bounds them: it takes the most to cover.
+inline constexpr int kBottomWindowsByTime = 6;
+// Edges merged between two looks at the clock.
+inline constexpr int kMergesPerLookAtClock = 64;
+
+// --- The whole graph.
+inline constexpr int kFullIterations = 50;
+// Chains are linearized in turns with the solve of what is between them; the last gains less than
+// this share of the cost.
+inline constexpr int kFullTurns = 20;
+inline constexpr double kFullStandstill = 1e-10;
+// Iterations that a whole solve needs for Converge to choose it: fewer leave a gap.
+inline constexpr int kIterationsToFit = 3;
+
+// --- Refine.
+// Everything is examined again at thresholds this many times smaller, each kDeeper times the last;
+// on ill-conditioned graphs down to kDeepest while a round gains kGainToGoDeeper of the cost.
+inline constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10, kGainToGoDeeper = 1e-5;
+// Where the levels' models disagree, windows may undo each other's work for ever: the cost is
+// looked at after so many passes over the graph, and whenever that has doubled, at most so often;
+// less than kStandstill of it gained ends the call.
+inline constexpr double kPassesToFirstLook = 50, kStandstill = 1e-6;
+inline constexpr int kMostLooks = 10;
+
+}  // namespace hpgo

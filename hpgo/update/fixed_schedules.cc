@@ -1,0 +1,78 @@
+#include <limits>
+
+#include "hpgo/update/constants.h"
+#include "hpgo/update/schedules.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+template <typename G>
+std::vector<Index> SeedsOnLevel(int l, const UpdateTools<G>& tools, const News& news,
+                                Index newest) {
+  if (tools.options.schedule == Schedule::kNewEdges) return news.seeds[l];
+  if (newest == kNone) return {};
+  return {tools.graph.hierarchy().Ancestor(tools.graph.LevelNodeOf(newest), l)};
+}
+
+}  // namespace
+
+template <typename G>
+void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+  const Stopwatch watch(&report->top_seconds);
+  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  ++report->top_solves;
+  if (!tools.step.window().BuildWhole(hierarchy.num_levels() - 1, &hierarchy)) return;
+  Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget),
+       report);
+}
+
+template <typename G>
+void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index newest,
+                      UpdateReport* report) {
+  SolveTop(tools, plan, report);
+  const Stopwatch watch(&report->window_seconds);
+  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  for (int l = hierarchy.num_levels() - 2; l >= 0 && !plan.budget.IsStopped(); --l) {
+    const WindowLimits limits = {tools.options.window_nodes, tools.options.window_edges};
+    if (!tools.step.window().Build(l, SeedsOnLevel(l, tools, plan.news, newest), limits,
+                                   &hierarchy)) {
+      continue;
+    }
+    ++report->windows;
+    Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget),
+         report);
+  }
+}
+
+template <typename G>
+bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+  const Stopwatch watch(&report->window_seconds);
+  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
+    if (turn > 0) tools.graph.SettleAll();
+    if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
+    ++report->windows;
+    const double cost = tools.step.window().Cost();
+    const StepResult step =
+        tools.step.Solve(kFullIterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
+    Note(step, report);
+    if (!step.status.ok()) return false;
+    if (step.decrease <= kFullStandstill * cost) return step.converged;
+  }
+  return false;
+}
+
+#define HPGO_INSTANTIATE(G)                                                                       \
+  template void SolveTop(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);                \
+  template void RunFixedSchedule(const UpdateTools<G>&, const UpdatePlan&, Index, UpdateReport*); \
+  template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
+HPGO_INSTANTIATE(SE2)
+HPGO_INSTANTIATE(SE3)
+#undef HPGO_INSTANTIATE
+
+}  // namespace hpgo

@@ -1,0 +1,68 @@
+// Options of the Optimizer.
+#pragma once
+
+#include <string>
+
+#include "ceres_costs/relative_pose_error.h"
+#include "hpgo/graph/status.h"
+#include "hpgo/hierarchy/coarse_edges.h"
+#include "hpgo/solve/engine.h"
+
+namespace hpgo {
+
+// What an update solves (paper, Figure 4).
+enum class Mode {
+  kPartial,  // the top level and a window on every lower level that needs one
+  kTop,      // the top level only
+  kFull,     // the whole graph, to convergence
+};
+
+// Which windows a partial update opens.
+enum class Schedule {
+  kStress,  // where the predicted decrease of chi2 is worth it; at any distance from the new edges
+  kNewEdges,    // on every level, around both ends of every new edge
+  kNewestNode,  // on every level, around the newest node: the paper's
+};
+
+struct OptimizerOptions {
+  // --- These change the result.
+  int max_group_size = 3;   // K
+  int max_top_nodes = 300;  // T: a larger top gets a new level. Larger: better, slower closures
+  // Kept nodes that are all solved at once, exactly, while there are no more. Larger: closures are
+  // exact in larger maps, and take longer there.
+  int max_whole_nodes = 800;
+  int max_top_edges = 1500;  // so does one with more edges
+  CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
+  // Chains of nodes with two edges each are condensed exactly, and level 0 of the hierarchy is the
+  // nodes between them; false: it is all nodes, as in the paper.
+  bool condense_chains = true;
+  Schedule schedule = Schedule::kStress;
+  int window_nodes = 200;   // P: free nodes of a window
+  int window_edges = 1000;  // edges of a window
+  // M: windows an update, the top's solve among them, each worth as many as it is larger than the
+  // options say. More: faster convergence, longer updates.
+  int max_windows = 6;
+  int window_iterations = 1;  // of a window's solve, and of the top's
+  // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
+  double stress_threshold = 5e-4;
+  int max_examined = 300;  // C: edges looked at in one search for work
+  int max_merges = 2000;   // coarse edges merged an update; the others wait for the next
+  ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;
+  Mode mode = Mode::kPartial;
+  // --- These change the speed only, up to rounding.
+  Engine engine = Engine::kBlock;
+
+  static OptimizerOptions Accurate() { return {}; }
+  static OptimizerOptions Fast();
+  // Windows around every new edge at every update, whether stressed or not.
+  static OptimizerOptions Eager();
+  // As published: condensed edges, a window at the newest node, the top solved at every update.
+  static OptimizerOptions Paper();
+  // "accurate", "fast", "eager", "paper"; kInvalidArgument for any other name.
+  static Result<OptimizerOptions> FromName(const std::string& name);
+
+  // kInvalidArgument, naming the field that is out of range.
+  Status Validate() const;
+};
+
+}  // namespace hpgo

@@ -1,0 +1,53 @@
+// Which windows an update opens.
+#pragma once
+
+#include <vector>
+
+#include "hpgo/schedule/sweep.h"
+#include "hpgo/update/news.h"
+#include "hpgo/update/window_sizes.h"
+#include "hpgo/update/window_step.h"
+
+namespace hpgo {
+
+// What an update works with.
+template <typename G>
+struct UpdateTools {
+  const OptimizerOptions& options;
+  CondensedGraph<G>& graph;
+  WindowStep<G>& step;
+  WindowSizes& sizes;
+  Sweep& sweep;
+};
+
+// What it has decided before anything is solved. Never changes.
+struct UpdatePlan {
+  const Budget& budget;
+  const StressThresholds& thresholds;
+  const News& news;
+};
+
+// Computes the coarse edges anew whose children have changed, bottom to top, as far as the budget
+// goes.
+template <typename G>
+void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+
+// Windows where the predicted decrease of chi2 is worth it. True if nothing is left.
+template <typename G>
+bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+
+// The whole top, and a window on every lower level, whether it is stressed or not: around the new
+// edges or the newest node.
+template <typename G>
+void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index newest,
+                      UpdateReport* report);
+
+// The top alone.
+template <typename G>
+void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+
+// The whole graph, to convergence: true if it got there.
+template <typename G>
+bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+
+}  // namespace hpgo

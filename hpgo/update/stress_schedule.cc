@@ -1,0 +1,170 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "hpgo/update/constants.h"
+#include "hpgo/update/schedules.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+// One update's; thrown away after it.
+template <typename G>
+class StressSchedule {
+ public:
+  StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report)
+      : tools_(tools),
+        plan_(plan),
+        hierarchy_(tools.graph.hierarchy()),
+        report_(report),
+        had_window_(hierarchy_.num_levels(), false) {}
+
+  bool Run();
+
+ private:
+  double Pending(int l) const { return LargestPending(l, hierarchy_); }
+  bool IsStopped(int l) const;
+  FoundWork Search(int l);
+  std::vector<Index> SeedsFor(int l, const FoundWork& work);
+  int Serve(int l, int max_solves);
+  int SolveToRest(int max_solves, double* total_seconds);
+
+  const UpdateTools<G>& tools_;
+  const UpdatePlan& plan_;
+  Hierarchy<G>& hierarchy_;
+  UpdateReport* report_;
+  std::vector<bool> had_window_;  // by level
+};
+
+template <typename G>
+bool StressSchedule<G>::IsStopped(int l) const {
+  // One window is made at least: else nothing would ever be done in too short a time.
+  if (report_->windows + report_->top_solves == 0) return plan_.budget.IsCancelled();
+  return plan_.budget.IsStopped() || (Pending(l) > plan_.thresholds.pending &&
+                                      plan_.budget.SecondsLeft() < tools_.sizes.SecondsOf(1, l));
+}
+
+template <typename G>
+FoundWork StressSchedule<G>::Search(int l) {
+  const Stopwatch watch(&report_->examine_seconds);
+  FoundWork work;
+  do {
+    work = FindWork(l, tools_.options.max_examined, tools_.options.window_edges, plan_.thresholds,
+                    &hierarchy_);
+    report_->examined_edges += work.examined;
+  } while (!work.found && plan_.budget.IsUncapped() && !plan_.budget.IsStopped() &&
+           Pending(l) > plan_.thresholds.pending);
+  return work;
+}
+
+// Near a new edge, all of its ends' ancestors belong into the first window.
+template <typename G>
+std::vector<Index> StressSchedule<G>::SeedsFor(int l, const FoundWork& work) {
+  std::vector<Index> seeds;
+  for (const Index end : work.ends) {
+    if (end != kNone) seeds.push_back(end);
+  }
+  const std::vector<Index>& fresh = plan_.news.seeds[l];
+  const bool near = std::any_of(seeds.begin(), seeds.end(), [&](Index n) {
+    return std::find(fresh.begin(), fresh.end(), n) != fresh.end();
+  });
+  if (near && !had_window_[l]) seeds.insert(seeds.end(), fresh.begin(), fresh.end());
+  had_window_[l] = true;
+  return seeds;
+}
+
+// Solves the window on level 0 again as long as its last step was far from linear: until it gains
+// nothing that counts. Returns the number of solves.
+template <typename G>
+int StressSchedule<G>::SolveToRest(int max_solves, double* total_seconds) {
+  const Stopwatch watch(total_seconds);
+  Window<G>& window = tools_.step.window();
+  const double worth = tools_.sizes.Worth(window.num_free(), window.edges().size());
+  int solves = 0;
+  double before = watch.Elapsed();
+  while (true) {
+    const StepResult step =
+        tools_.step.Solve(tools_.options.window_iterations, std::numeric_limits<double>::infinity(),
+                          plan_.thresholds, plan_.budget);
+    Note(step, report_);
+    ++solves;
+    const double after = watch.Elapsed();
+    tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
+    before = after;
+    if (!step.is_nonlinear || window.level() > 0 || solves >= max_solves ||
+        plan_.budget.IsStopped()) {
+      return solves;
+    }
+    window.Restart();
+  }
+}
+
+// Finds work on a level and does it; 0 if there is none, else how many usual windows it was worth.
+template <typename G>
+int StressSchedule<G>::Serve(int l, int max_solves) {
+  const FoundWork work = Search(l);
+  if (!work.found) return 0;
+  Window<G>& window = tools_.step.window();
+  // Larger only where many components keep the top from shrinking.
+  if (l == hierarchy_.num_levels() - 1 && !hierarchy_.IsTooLarge(l, 2)) {
+    ++report_->top_solves;
+    return window.BuildWhole(l, &hierarchy_) ? SolveToRest(max_solves, &report_->top_seconds) : 1;
+  }
+  ++report_->windows;
+  if (!window.Build(l, SeedsFor(l, work), tools_.sizes.Next(l, plan_.budget), &hierarchy_)) {
+    return 1;
+  }
+  const int solves = SolveToRest(max_solves, &report_->window_seconds);
+  const double worth = tools_.sizes.Worth(window.num_free(), window.edges().size());
+  return std::max(1, static_cast<int>(std::lround(solves * worth)));
+}
+
+template <typename G>
+bool StressSchedule<G>::Run() {
+  const int num_levels = hierarchy_.num_levels();
+  SweepLimits limits;
+  limits.max_windows = tools_.options.max_windows;
+  if (plan_.budget.HasTimeLimit()) {
+    limits.max_windows = limits.max_windows_per_level = std::numeric_limits<int>::max();
+    limits.max_bottom_windows = kBottomWindowsByTime;
+  }
+  SweepActions actions;
+  actions.stop = [&](int l) { return IsStopped(l); };
+  actions.largest_pending = [&](int l) { return Pending(l); };
+  int previous = num_levels - 1, solves = 0;
+  actions.serve = [&](int l) {
+    // Windows below have moved what this level's edges were made from; as long as they have not
+    // been merged again, windows here could undo it.
+    if (l > std::exchange(previous, l)) {
+      MergeDirty(tools_, plan_, report_);
+      if (IsStopped(l)) return 0;
+    }
+    if (!hierarchy_.level(l).dirty.empty()) return 0;
+    const int worth = Serve(l, std::max(1, limits.max_windows - solves));
+    solves += worth;
+    return worth;
+  };
+  bool at_rest = tools_.sweep.Run(num_levels, limits, 2 * plan_.thresholds.pending, actions);
+  at_rest &= !tools_.graph.has_changes();  // a chain that must not stay one
+  // A search or a merge that has done its share may have left some for the next update.
+  for (int l = 0; l < num_levels; ++l) {
+    at_rest &= Pending(l) <= plan_.thresholds.pending && hierarchy_.level(l).dirty.empty();
+  }
+  return at_rest;
+}
+
+}  // namespace
+
+template <typename G>
+bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+  return StressSchedule<G>(tools, plan, report).Run();
+}
+
+template bool RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&, UpdateReport*);
+template bool RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&, UpdateReport*);
+
+}  // namespace hpgo

@@ -1,0 +1,151 @@
+#include "hpgo/update/updater.h"
+
+#include <limits>
+#include <utility>
+
+#include "ceres_costs/factor_term.h"
+#include "glog/logging.h"
+#include "hpgo/update/constants.h"
+#include "hpgo/update/motion.h"
+
+namespace hpgo {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+template <typename G>
+double CostOf(CondensedGraph<G>* graph) {
+  double cost = 0;
+  graph->ForEachRelativePose([&](Index e, const G& T) {
+    cost += FactorCost(graph->FactorOf(e), graph->End(e, 0) == kNone, T);
+  });
+  return cost;
+}
+
+template <typename G>
+Updater<G>::Updater(const OptimizerOptions& options, CondensedGraph<G>* graph, LevelEdgeNamer name)
+    : options_(options),
+      graph_(*graph),
+      step_(options.engine, &graph->hierarchy(), std::move(name)),
+      sizes_(options) {}
+
+template <typename G>
+UpdateReport Updater<G>::Update(const Changes& changes, Mode mode, const UpdateLimits& limits,
+                                Gauge<G>* gauge) {
+  depth_ = 1;
+  at_optimum_ = false;
+  return Run(changes, mode, Budget(limits), depth_, gauge).report;
+}
+
+// What is new -> what is worth a look -> what is solved within the budget. The solves record, edge
+// by edge, what they leave to others.
+template <typename G>
+typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, const Budget& budget,
+                                          double depth, Gauge<G>* gauge) {
+  Step step;
+  UpdateReport& report = step.report;
+  {
+    const Stopwatch total(&report.seconds);
+    std::vector<Index> disturbed = changes.disturbed;
+    report.new_nodes = changes.num_nodes;
+    report.new_edges = changes.num_edges;
+    {
+      const Stopwatch watch(&report.insert_seconds);
+      TakeIn(changes, gauge, &disturbed);
+    }
+    const G newest_before = PoseOf(changes.newest);
+    if (depth == 1) mean_.Sample(graph_.hierarchy(), changes.num_edges);  // else it was measured
+    const StressThresholds thresholds = Thresholds(depth);
+    graph_.SetTolerance(kChainToleranceOfDirty * thresholds.dirty);
+    News news;
+    {
+      const Stopwatch watch(&report.insert_seconds);
+      news = FindNews(graph_, changes, options_.window_nodes);
+      const Index bad_edge = QueueNews(news, disturbed, thresholds, &graph_);
+      if (bad_edge != kNone) report.status = step_.NotFinite(bad_edge);
+    }
+    const UpdateTools<G> tools = {options_, graph_, step_, sizes_, sweep_};
+    const UpdatePlan plan = {budget, thresholds, news};
+    MergeDirty(tools, plan, &report);
+    if (mode == Mode::kFull) {
+      step.converged = SolveWholeGraph(tools, plan, &report);
+    } else if (mode == Mode::kTop) {
+      SolveTop(tools, plan, &report);
+    } else if (options_.schedule == Schedule::kStress) {
+      report.at_rest = RunStressSchedule(tools, plan, &report);
+    } else {
+      RunFixedSchedule(tools, plan, changes.newest, &report);
+    }
+    report.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
+  }
+  report.mean_chi2 = mean_.value();
+  report.num_levels = graph_.hierarchy().num_levels();
+  report.largest_moved = Larger(report.largest_moved, report.newest_moved);
+  VLOG(1) << "update: " << report.new_nodes << " nodes, " << report.new_edges << " edges, "
+          << report.windows << " windows, " << report.top_solves << " top solves, "
+          << report.seconds * 1e3 << " ms";
+  return step;
+}
+
+// Puts new nodes and edges in place, and holds what must be held.
+template <typename G>
+void Updater<G>::TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed) {
+  gauge->AlignJoined(changes.edges, &graph_);
+  graph_.Restructure();
+  graph_.hierarchy().AssignGroups();
+  const std::vector<Index> released = gauge->Hold(&graph_);
+  disturbed->insert(disturbed->end(), released.begin(), released.end());
+}
+
+template <typename G>
+StressThresholds Updater<G>::Thresholds(double depth) const {
+  constexpr float kNever = std::numeric_limits<float>::infinity();
+  StressThresholds thresholds =
+      StressThresholds::FromMean(mean_.value(), options_.stress_threshold / depth);
+  if (options_.schedule != Schedule::kStress) thresholds.pending = kNever;  // nobody will look
+  // Condensed edges hold measurements. Made anew whenever members move within their groups, they
+  // would pull the groups back while the windows push the members on, without end.
+  if (options_.coarse_edges == CoarseEdges::kCondensed) thresholds.dirty = kNever;
+  return thresholds;
+}
+
+template <typename G>
+UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& limits,
+                                  Gauge<G>* gauge) {
+  UpdateReport sum;
+  sum.num_levels = graph_.hierarchy().num_levels();
+  sum.mean_chi2 = mean_.value();
+  if (at_optimum_ && changes.empty() && !gauge->is_due()) {
+    sum.at_rest = true;
+    return sum;
+  }
+  const Budget budget(limits);
+  const G newest_before = PoseOf(changes.newest);
+  // Far-off parts are brought near first, where a solve of everything converges best.
+  sum = Update(changes, Mode::kPartial, limits, gauge);
+  if (sum.status.ok() && !budget.IsStopped()) {
+    Changes none;
+    none.newest = changes.newest;
+    const Level<G>& level = graph_.hierarchy().level(0);
+    const double worth = sizes_.Worth(level.num_nodes, level.num_edges);
+    if (kIterationsToFit * sizes_.SecondsOf(worth, 0) < budget.SecondsLeft()) {
+      const Step full = Run(none, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
+      Accumulate(full.report, &sum);
+      sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
+    } else {
+      const UpdateReport refined = Refine(none, budget.Rest(), gauge);
+      Accumulate(refined, &sum);
+      sum.at_rest = false;
+    }
+  }
+  sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
+  sum.seconds = budget.SecondsSpent();
+  return sum;
+}
+
+template double CostOf(CondensedGraph<SE2>*);
+template double CostOf(CondensedGraph<SE3>*);
+template class Updater<SE2>;
+template class Updater<SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,52 @@
+// An update, from what is new to a better estimate.
+#pragma once
+
+#include "hpgo/update/chi2_mean.h"
+#include "hpgo/update/gauge.h"
+#include "hpgo/update/options.h"
+#include "hpgo/update/schedules.h"
+
+namespace hpgo {
+
+// Works on a graph that somebody else owns. From one call to the next it keeps what it has learnt
+// of the graph (the mean chi2, the time of windows) and how far it has got (the sweep, the depth of
+// Refine); everything that a call decides is passed on inside it. Not synchronized.
+template <typename G>
+class Updater {
+ public:
+  Updater(const OptimizerOptions& options, CondensedGraph<G>* graph, LevelEdgeNamer name);
+
+  // As of Optimizer, for the changes since the last call.
+  UpdateReport Update(const Changes& changes, Mode mode, const UpdateLimits& limits,
+                      Gauge<G>* gauge);
+  UpdateReport Refine(const Changes& changes, const UpdateLimits& limits, Gauge<G>* gauge);
+  UpdateReport Converge(const Changes& changes, const UpdateLimits& limits, Gauge<G>* gauge);
+
+ private:
+  struct Step {
+    UpdateReport report;
+    bool converged = false;  // a solve of the whole graph
+  };
+  Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
+  void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
+  StressThresholds Thresholds(double depth) const;
+  G PoseOf(Index node) const { return node == kNone ? G() : graph_.WorldPose(node); }
+
+  OptimizerOptions options_;
+  CondensedGraph<G>& graph_;
+  WindowStep<G> step_;
+  WindowSizes sizes_;
+  Sweep sweep_;
+  Chi2Mean mean_;
+  double depth_ = 1;         // Refine divides the stress threshold by it
+  bool at_optimum_ = false;  // since the last Converge, but for changes
+};
+
+// The sum of the losses of e' Omega e over all edges. O(edges).
+template <typename G>
+double CostOf(CondensedGraph<G>* graph);
+
+extern template class Updater<ceres_costs::SE2>;
+extern template class Updater<ceres_costs::SE3>;
+
+}  // namespace hpgo

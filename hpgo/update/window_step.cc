@@ -1,0 +1,176 @@
+#include "hpgo/update/window_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "ceres_costs/factor_term.h"
+#include "glog/logging.h"
+#include "hpgo/solve/damping.h"
+#include "hpgo/solve/solver_factory.h"
+#include "hpgo/update/constants.h"
+#include "hpgo/update/motion.h"
+#include "hpgo/update/news.h"
+
+namespace hpgo {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+void Note(const StepResult& step, UpdateReport* report) {
+  if (!step.status.ok()) report->status = step.status;
+  report->solved_nodes += step.solved_nodes;
+  report->cost_decrease += step.decrease;
+  report->largest_moved = Larger(report->largest_moved, step.largest_moved);
+}
+
+template <typename G>
+WindowStep<G>::WindowStep(Engine engine, Hierarchy<G>* hierarchy, LevelEdgeNamer name)
+    : hierarchy_(hierarchy), name_(std::move(name)), solver_(MakeSolver<G>(engine)) {}
+
+template <typename G>
+StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
+                                const StressThresholds& thresholds, const Budget& budget) {
+  SubproblemOptions options;
+  options.cancel = budget.cancel();
+  options.max_iterations = max_iterations;
+  options.max_seconds = std::clamp(max_seconds, 0., SubproblemOptions().max_seconds);
+  SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
+          << window_.edges().size() << " edges, cost " << summary.initial_cost << " -> "
+          << summary.final_cost << (summary.damped ? ", damped, " : ", ") << summary.seconds * 1e3
+          << " ms";
+  StepResult result;
+  result.solved_nodes = window_.num_free();
+  result.converged = summary.converged;
+  result.damped = summary.damped;
+  const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
+  if (!usable) result.status = WhyUnusable(summary.status);
+  if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
+  if (window_.RefreshChains() && !ShortenToGain(&summary)) return result;
+  window_.Commit(hierarchy_);
+  QueueRefreshed(thresholds, hierarchy_);
+  RecordChanges(summary, thresholds);
+  result.largest_moved = LargestMoved();
+  result.damped = summary.damped;
+  result.decrease = summary.initial_cost - summary.final_cost;
+  const double missed = std::abs(summary.predicted_decrease - result.decrease);
+  result.is_nonlinear = result.decrease > thresholds.tau &&
+                        (summary.damped || missed > kTausMissedForAnother * thresholds.tau);
+  return result;
+}
+
+// Chains bend on the way: shortens the step until the cost falls with them linearized where it
+// ends. False if it does not; the poses are those before the step then.
+template <typename G>
+bool WindowStep<G>::ShortenToGain(SubproblemSummary* summary) {
+  double promised = summary->initial_cost - summary->final_cost;
+  for (double part = 1; part > kShortestPart;) {
+    const double cost = window_.Cost();
+    if (cost < summary->initial_cost) {
+      summary->damped |= part < 1;
+      summary->final_cost = cost;
+      return true;
+    }
+    const double length = BestStepLength(promised, cost - summary->initial_cost);
+    const double next =
+        length > kLeastPartTriedNext ? std::min(length, kMostPartTriedNext) : kLeastPartTriedNext;
+    part *= next;
+    promised *= 2 * next - next * next;
+    window_.Scale(next);
+    window_.RefreshChains();
+  }
+  window_.Scale(0);
+  window_.RefreshChains();
+  return false;
+}
+
+// Whether the cost of the graph itself falls. A coarse edge says little about far turns, least of
+// all where the edges it stands for are stretched.
+template <typename G>
+bool WindowStep<G>::GraphGains() const {
+  const int l = window_.level();
+  if (l == 0 || hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return true;
+  const auto is_far = [&](std::size_t k) {
+    return !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) <
+             kHalfTurnToAskBelow);
+  };
+  const std::size_t num_edges = window_.edges().size();
+  std::size_t first_far = 0;
+  while (first_far < num_edges && !is_far(first_far)) ++first_far;
+  if (first_far == num_edges) return true;
+  int left = kMostAskedBelow;
+  double decrease = 0;
+  for (std::size_t k = 0; k < num_edges; ++k) {
+    int none = 0;
+    decrease += hierarchy_->CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
+                                         window_.RelativePose(k), is_far(k) ? &left : &none);
+  }
+  return decrease > 0;
+}
+
+template <typename G>
+Motion WindowStep<G>::LargestMoved() const {
+  double distance_sq = 0, half_rotation = 0;
+  G most_turned;
+  for (int k = 0; k < window_.num_free(); ++k) {
+    const G moved = window_.Moved(k);
+    distance_sq = std::max(distance_sq, moved.translation().squaredNorm());
+    if (HalfRotation(moved) <= half_rotation) continue;
+    half_rotation = HalfRotation(moved);
+    most_turned = moved;
+  }
+  return {std::sqrt(distance_sq), Angle(most_turned)};
+}
+
+template <typename G>
+Status WindowStep<G>::NotFinite(Index level_edge) const {
+  return Status(StatusCode::kNoSolution,
+                name_(level_edge) + ": its cost cannot be evaluated at the estimate");
+}
+
+// The edge at fault if there is one, else what the solver says.
+template <typename G>
+Status WindowStep<G>::WhyUnusable(const Status& status) const {
+  for (std::size_t k = 0; k < window_.edges().size() && window_.level() == 0; ++k) {
+    const Index e = window_.edges()[k];
+    const bool unary = hierarchy_->level(0).edges[e].node[0] == kNone;
+    if (!std::isfinite(
+            FactorCost(hierarchy_->FactorOf(0, e), unary, window_.RelativePoseBefore(k)))) {
+      return NotFinite(e);
+    }
+  }
+  return status;
+}
+
+template <typename G>
+void WindowStep<G>::RecordChanges(const SubproblemSummary& summary,
+                                  const StressThresholds& thresholds) {
+  const int l = window_.level();
+  const double decrease = summary.initial_cost - summary.final_cost;
+  const double missed = std::abs(summary.predicted_decrease - decrease);
+  const bool nonlinear = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
+  double unexplained = nonlinear ? std::sqrt(missed / window_.edges().size()) : 0;
+  // A damped step leaves stress behind; worth another look as long as it got somewhere.
+  if (summary.damped && decrease > thresholds.tau) {
+    unexplained = std::max<double>(unexplained, 2 * thresholds.pending);
+  }
+  for (std::size_t k = 0; k < window_.edges().size(); ++k) {
+    const Index e = window_.edges()[k];
+    const LevelEdge& edge = hierarchy_->level(l).edges[e];
+    const double change = FactorChange(window_.subproblem().factors[k], edge.node[0] == kNone,
+                                       window_.RelativePoseBefore(k), window_.RelativePose(k));
+    TellParent(l, e, change, thresholds, hierarchy_);
+    if (window_.IsInterior(k)) {
+      HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
+      hierarchy_->SetPending(l, e, static_cast<float>(unexplained), thresholds.pending);
+    } else {
+      AddPending(l, e, change, thresholds, hierarchy_);
+    }
+  }
+}
+
+template class WindowStep<SE2>;
+template class WindowStep<SE3>;
+
+}  // namespace hpgo

@@ -1,0 +1,64 @@
+// One solve of a window, and what follows from it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hpgo/chains/condensed_graph.h"
+#include "hpgo/schedule/stress.h"
+#include "hpgo/solve/engine.h"
+#include "hpgo/solve/window.h"
+#include "hpgo/update/budget.h"
+
+namespace hpgo {
+
+// Names an edge of level 0 in a message.
+using LevelEdgeNamer = std::function<std::string(Index level_edge)>;
+
+// What it did.
+struct StepResult {
+  Status status;              // kNoSolution: it changed nothing
+  bool is_nonlinear = false;  // it missed what its linearization promised: another is worth it
+  bool converged = false;
+  bool damped = false;
+  int solved_nodes = 0;
+  double decrease = 0;  // of the window's cost
+  Motion largest_moved;
+};
+
+// Adds it to a report.
+void Note(const StepResult& step, UpdateReport* report);
+
+// Solves windows. Keeps no more than workspace from one to the next. Not synchronized.
+template <typename G>
+class WindowStep {
+ public:
+  WindowStep(Engine engine, Hierarchy<G>* hierarchy, LevelEdgeNamer name);
+
+  // To be built on a level before Solve.
+  Window<G>& window() { return window_; }
+  // Solves the window, takes the result if the cost falls, and passes on what has changed by it:
+  // to the edges around, to those below, and to those above.
+  StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
+                   const Budget& budget);
+  // Why nothing can be solved that holds this edge.
+  Status NotFinite(Index level_edge) const;
+
+ private:
+  bool ShortenToGain(SubproblemSummary* summary);
+  bool GraphGains() const;
+  Motion LargestMoved() const;
+  Status WhyUnusable(const Status& status) const;
+  void RecordChanges(const SubproblemSummary& summary, const StressThresholds& thresholds);
+
+  Hierarchy<G>* hierarchy_;
+  LevelEdgeNamer name_;
+  std::unique_ptr<SubproblemSolver<G>> solver_;
+  Window<G> window_;
+};
+
+extern template class WindowStep<ceres_costs::SE2>;
+extern template class WindowStep<ceres_costs::SE3>;
+
+}  // namespace hpgo
