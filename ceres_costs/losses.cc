@@ -2,14 +2,35 @@
 
 #include <cmath>
 #include <sstream>
+#include <utility>
 
 namespace ceres_costs {
 namespace {
 
-class GemanMcClureLoss final : public ceres::LossFunction {
+// A loss that knows its name.
+class NamedLoss : public ceres::LossFunction {
+ public:
+  explicit NamedLoss(LossName name) : name_(std::move(name)) {}
+  const LossName& name() const { return name_; }
+
+ private:
+  const LossName name_;
+};
+
+template <typename Loss>
+class Named final : public NamedLoss {
+ public:
+  Named(const char* name, double scale) : NamedLoss({name, scale}), loss_(scale) {}
+  void Evaluate(double s, double rho[3]) const override { loss_.Evaluate(s, rho); }
+
+ private:
+  const Loss loss_;
+};
+
+class GemanMcClureLoss final {
  public:
   explicit GemanMcClureLoss(double scale) : inverse_(1 / (scale * scale)) {}
-  void Evaluate(double s, double rho[3]) const override {
+  void Evaluate(double s, double rho[3]) const {
     const double q = 1 / (1 + s * inverse_);
     rho[0] = s * q;
     rho[1] = q * q;
@@ -20,10 +41,10 @@ class GemanMcClureLoss final : public ceres::LossFunction {
   const double inverse_;  // 1 / k^2
 };
 
-class DynamicCovarianceScalingLoss final : public ceres::LossFunction {
+class DynamicCovarianceScalingLoss final {
  public:
   explicit DynamicCovarianceScalingLoss(double phi) : phi_(phi) {}
-  void Evaluate(double s, double rho[3]) const override {
+  void Evaluate(double s, double rho[3]) const {
     if (s <= phi_) {
       rho[0] = s;
       rho[1] = 1;
@@ -64,17 +85,23 @@ bool MakeLoss(const std::string& name, double scale, std::unique_ptr<ceres::Loss
     return false;
   }
   if (name == "huber") {
-    *loss = std::make_unique<ceres::HuberLoss>(scale);
+    *loss = std::make_unique<Named<ceres::HuberLoss>>("huber", scale);
   } else if (name == "cauchy") {
-    *loss = std::make_unique<ceres::CauchyLoss>(scale);
+    *loss = std::make_unique<Named<ceres::CauchyLoss>>("cauchy", scale);
   } else if (name == "tukey") {
-    *loss = std::make_unique<ceres::TukeyLoss>(scale);
+    *loss = std::make_unique<Named<ceres::TukeyLoss>>("tukey", scale);
   } else if (name == "dcs") {
-    *loss = std::make_unique<DynamicCovarianceScalingLoss>(scale);
+    *loss = std::make_unique<Named<DynamicCovarianceScalingLoss>>("dcs", scale);
   } else {
-    *loss = std::make_unique<GemanMcClureLoss>(scale);
+    *loss = std::make_unique<Named<GemanMcClureLoss>>("geman_mcclure", scale);
   }
   return true;
+}
+
+std::optional<LossName> NameOfLoss(const ceres::LossFunction& loss) {
+  const NamedLoss* const named = dynamic_cast<const NamedLoss*>(&loss);
+  if (named == nullptr) return std::nullopt;
+  return named->name();
 }
 
 }  // namespace ceres_costs

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ceres/loss_function.h"
@@ -23,6 +24,14 @@ namespace ceres_costs {
 // scale that is not a positive finite number ("none" ignores it).
 [[nodiscard]] bool MakeLoss(const std::string& name, double scale,
                             std::unique_ptr<ceres::LossFunction>* loss, std::string* error);
+
+// What MakeLoss was called with, "gm" by its long name.
+struct LossName {
+  std::string name;
+  double scale = 0;
+};
+// Nothing for a loss that MakeLoss has not made.
+std::optional<LossName> NameOfLoss(const ceres::LossFunction& loss);
 
 // "none, huber, cauchy, tukey, geman_mcclure (gm), dcs", for help and messages.
 const char* LossNames();

@@ -29,6 +29,11 @@ class PackedSymmetric {
   }
   const double* data() const { return values_; }
   double* data() { return values_; }
+  // For archives.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.values_);
+  }
 
  private:
   double values_[kSize];

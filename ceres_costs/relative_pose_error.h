@@ -22,6 +22,12 @@ template <typename G>
 struct RelativePoseTerm {
   G measurement;
   PackedSymmetric<G::kDof> information;
+
+  // For archives.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.measurement, self.information);
+  }
 };
 
 // e(D); see ErrorConvention.

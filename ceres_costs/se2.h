@@ -120,6 +120,12 @@ class SE2T {
     return SE2T<N>(N(data_[0]), N(data_[1]), N(data_[2]));
   }
 
+  // What an archive needs to have the same bits again.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.data_, self.cos_, self.sin_);
+  }
+
  private:
   // a = sin(w) / w, b = (1 - cos(w)) / w.
   static void Coefficients(const S& w, S* a, S* b) {

@@ -126,6 +126,12 @@ class SE3T {
     return r;
   }
 
+  // For archives.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.data_);
+  }
+
  private:
   S data_[kParams];
 };

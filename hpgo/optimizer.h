@@ -25,11 +25,19 @@ class CeresLevel;  // hpgo/ceres/level_problem.h
 template <typename G>
 class Hierarchy;  // hpgo/hierarchy/hierarchy.h
 
+class StateReader;  // hpgo/state/state_reader.h
+class StateWriter;  // hpgo/state/state_writer.h
+
 // Names an edge or a prior for as long as it exists; never given twice.
 struct EdgeId {
   std::int64_t value = -1;
   friend bool operator==(EdgeId a, EdgeId b) { return a.value == b.value; }
   friend bool operator!=(EdgeId a, EdgeId b) { return a.value != b.value; }
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.value);
+  }
 };
 
 // What an edge or a prior ties together.
@@ -192,6 +200,15 @@ class Optimizer {
   // Adds a graph's nodes, edges and priors, without solving; nodes without a pose get one composed
   // along the edges. An error leaves the optimizer as it was.
   Status AddGraph(const PoseGraph<G>& graph);
+
+  // All there is, as it is: what is loaded goes on with the same bits, and needs no solve first;
+  // ids of edges stay. hpgo/io/state_file.h has files of it. kInvalidArgument, naming the edge, for
+  // costs of the caller's own, and for losses that ceres_costs::MakeLoss has not made.
+  Status Save(StateWriter* writer) const;
+  // Replaces everything, the options too. An error leaves the optimizer as it was.
+  Status Load(StateReader* reader);
+  // A copy, for trying something out: shares losses and costs of the caller's own. O(edges).
+  Optimizer Clone() const;
 
   // The hierarchy over the kept nodes (hpgo/chains): its level 0 is not the graph.
   const Hierarchy<G>& hierarchy() const;

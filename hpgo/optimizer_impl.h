@@ -82,6 +82,9 @@ class Optimizer<G>::Impl {
   // Empty if all is well; for tests.
   std::string FindInconsistency();
 
+  // optimizer_state.cc: kInvalidArgument, naming the edge, for one that cannot be saved.
+  Status CheckHasNames() const;
+
  private:
   // Edges as EdgeIds: the index in graph_ and its generation. Nodes by their index there, too.
   EdgeId IdOf(Index edge) const;
@@ -121,6 +124,19 @@ class Optimizer<G>::Impl {
   std::vector<Index> new_nodes_, disturbed_;
   std::vector<EdgeId> new_edges_;
   Index newest_ = kNone;  // ever, unless it has been removed
+
+ public:
+  // What a saved state has of the fields above: all but the options, which come first there.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.graph_);
+    archive.Section("nodes");
+    archive(self.index_of_, self.ids_, self.gauge_, self.takes_corrections_, self.given_,
+            self.reference_, self.reference_pose_, self.new_nodes_, self.disturbed_,
+            self.new_edges_, self.newest_);
+    archive.Section("updates");
+    archive(self.updater_);
+  }
 };
 
 }  // namespace hpgo

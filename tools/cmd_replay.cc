@@ -8,6 +8,7 @@
 
 #include "hpgo/io/g2o_writer.h"
 #include "hpgo/io/output_file.h"
+#include "hpgo/io/state_file.h"
 #include "tools/command.h"
 #include "tools/commands.h"
 #include "tools/common_flags.h"
@@ -120,7 +121,7 @@ hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
 }
 
 template <typename G>
-int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::GraphFile<G>* file,
+int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFile<G>* file,
                const std::optional<PoseSource>& reference) {
   if (settings.far_closure > 0 &&
       (file->graph.nodes().size() < kMinFarClosureNodes || file->graph.edges().empty())) {
@@ -129,6 +130,14 @@ int ReplayFile(const std::string& input, const ReplaySettings& settings, hpgo::G
                                  std::to_string(kMinFarClosureNodes) + " nodes and an edge"));
   }
   hpgo::Optimizer<G> optimizer(settings.options);
+  if (!FLAGS_resume.empty()) {
+    const hpgo::Status resumed = hpgo::LoadState(FLAGS_resume, &optimizer);
+    if (!resumed.ok()) return Fail(resumed);
+    const std::string conflict = ConflictWithSaved(optimizer.options(), settings.options);
+    if (!conflict.empty()) return FailUsage(conflict);
+    settings.options = optimizer.options();
+    Message("resumed " + FLAGS_resume + " at " + Plural(optimizer.num_nodes(), "node"));
+  }
   hpgo::Result<ReplayResult> result = RunReplay(file->graph, settings, &optimizer);
   if (!result.ok()) return Fail(result.status());
 
@@ -176,7 +185,7 @@ int Run(const std::vector<std::string>& arguments) {
   const ReplaySettings settings = ReplaySettingsFromFlags(&problem);
   if (!problem.empty()) return FailUsage(problem);
   const std::string& input = arguments[0];
-  if (input == "-" && FLAGS_reference == "-") {
+  if ((input == "-") + (FLAGS_reference == "-") + (FLAGS_resume == "-") > 1) {
     return FailUsage("only one file can be the standard input");
   }
   const Clock::time_point begin = Clock::now();
@@ -239,6 +248,9 @@ const Command& ReplayCommand() {
        "measure_mode",
        "measure_updates",
        "refine",
+       "save",
+       "save_every",
+       "resume",
        "far_closure",
        "reference",
        "plane",

@@ -59,8 +59,8 @@ DEFINE_string(plane, "",
               "frame, as KITTI's: planar x = z, planar y = -x)");
 
 bool IsOutputFlag(const std::string& name) {
-  for (const char* output :
-       {"output", "stats_json", "json", "stats_csv", "summary_csv", "ground_truth", "chart"}) {
+  for (const char* output : {"output", "stats_json", "json", "stats_csv", "summary_csv",
+                             "ground_truth", "chart", "save"}) {
     if (name == output) return true;
   }
   return false;

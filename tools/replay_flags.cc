@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "ceres_costs/losses.h"
+#include "glog/logging.h"
 #include "hpgo/solve/solver_factory.h"
+#include "hpgo/state/state_writer.h"
 #include "tools/common_flags.h"
 
 namespace {
@@ -57,6 +59,13 @@ DEFINE_string(measure_mode, "",
 DEFINE_int32(measure_updates, kDefaults.measure_updates, "how many those are");
 DEFINE_bool(refine, false,
             "after the last update, work on until nothing is stressed; the gap before and after");
+DEFINE_string(save, "",
+              "save the optimizer's whole state to this file, at the end or where the replay is "
+              "interrupted");
+DEFINE_int32(save_every, kDefaults.save_every, "save it after so many nodes, too; 0: only then");
+DEFINE_string(resume, "",
+              "go on from a state that --save has written while it replayed the same graph: the "
+              "result is that of an uninterrupted replay, bit for bit");
 DEFINE_double(
     far_closure, kDefaults.far_closure,
     "at the end, add a loop closure that is off by so much that its chi2 is so many times "
@@ -145,7 +154,28 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   return options;
 }
 
+// What is saved of the options.
+std::string Bytes(const hpgo::OptimizerOptions& options) {
+  std::string bytes;
+  hpgo::StateWriter writer([&](const char*, std::string_view block) { bytes += block; });
+  writer.Section("options");
+  writer(options);
+  CHECK(writer.Finish().ok());
+  return bytes;
+}
+
 }  // namespace
+
+std::string ConflictWithSaved(const hpgo::OptimizerOptions& saved,
+                              const hpgo::OptimizerOptions& wanted) {
+  if (Bytes(saved) == Bytes(wanted)) return "";
+  for (const char* name : {"mode", "preset", "engine", "error", "window_nodes", "max_top_nodes",
+                           "max_top_edges", "max_windows", "stress_threshold"}) {
+    if (gflags::GetCommandLineFlagInfoOrDie(name).is_default) continue;
+    return FlagText(name) + "the options of the state are others";
+  }
+  return "";
+}
 
 ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
   ReplaySettings settings;
@@ -161,6 +191,8 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
   settings.chi2_every = FLAGS_chi2_every;
   settings.refine = FLAGS_refine;
   settings.far_closure = FLAGS_far_closure;
+  settings.save = FLAGS_save;
+  settings.save_every = FLAGS_save_every;
   char* end = nullptr;
   settings.solve_every = FLAGS_solve_every == "loop"
                              ? 0
@@ -194,6 +226,16 @@ ReplaySettings ReplaySettingsFromFlags(std::string* problem) {
              1) {
     *problem =
         "only one of --output, --stats_csv, --stats_json and --chart can be the standard output";
+  } else if (FLAGS_save == "-") {
+    *problem = "--save=-: must be a file";
+  } else if (FLAGS_save_every < 0) {
+    *problem = FlagText("save_every") + "must not be negative";
+  } else if (FLAGS_save_every > 0 && FLAGS_save.empty()) {
+    *problem = "--save_every needs --save";
+  } else if (!FLAGS_resume.empty() && FLAGS_stale_poses > 0) {
+    *problem = "--stale_poses does not go with --resume: the client's poses are not in the state";
+  } else if (!FLAGS_resume.empty() && !FLAGS_compare_at.empty()) {
+    *problem = "--compare_at does not go with --resume: closures before it are missed";
   } else if (FLAGS_summary_csv == "-") {
     *problem = "--summary_csv=-: must be a file";
   }

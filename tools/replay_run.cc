@@ -9,6 +9,7 @@
 
 #include "glog/logging.h"
 #include "hpgo/io/output_file.h"
+#include "hpgo/io/state_file.h"
 #include "hpgo/replay.h"
 #include "tools/console.h"
 #include "tools/signals.h"
@@ -78,10 +79,13 @@ class Replay {
   }
 
   hpgo::Result<ReplayResult> Run() {
-    Status status = AddAllSteps();
+    Status status = SkipWhatIsThere();
+    if (status.ok()) status = AddAllSteps();
     if (status.ok() && csv_ != nullptr) status = csv_->Commit();
     if (!status.ok()) return status;
     if (settings_.refine && !CancelFlag()) Refine();
+    if (!settings_.save.empty()) status = hpgo::SaveState(optimizer_, settings_.save);
+    if (!status.ok()) return status;
     result_.interrupted = CancelFlag();
     result_.optimizer_memory = optimizer_.MemoryBytes();
     result_.peak_memory = PeakMemoryBytes();
@@ -89,11 +93,43 @@ class Replay {
   }
 
  private:
+  // Goes on behind the nodes that the optimizer has.
+  Status SkipWhatIsThere() {
+    std::size_t edges = 0;
+    const auto is_there = [&](const hpgo::ReplayStep& step) {
+      return optimizer_.HasNode(graph_.nodes()[step.node].id);
+    };
+    for (; first_step_ < steps_.size() && is_there(steps_[first_step_]); ++first_step_) {
+      const hpgo::ReplayStep& step = steps_[first_step_];
+      edges += step.edges.size() + step.priors.size();
+    }
+    if (first_step_ != optimizer_.num_nodes() || edges != optimizer_.num_edges()) {
+      return Status(StatusCode::kInvalidArgument,
+                    "the state, of " + Plural(optimizer_.num_nodes(), "node") + " and " +
+                        Plural(optimizer_.num_edges(), "edge") +
+                        ", is not of this graph's first nodes: " +
+                        FormatCount(static_cast<std::int64_t>(first_step_)) + " of those, with " +
+                        Plural(edges, "edge") + ", are in it");
+    }
+    result_.steps = static_cast<std::int64_t>(first_step_);
+    const double done = 100.0 * static_cast<double>(first_step_);
+    while (next_comparison_ < settings_.compare_at.size() &&
+           settings_.compare_at[next_comparison_] * static_cast<double>(steps_.size()) <= done &&
+           first_step_ > 0) {
+      ++next_comparison_;
+    }
+    return Status::Ok();
+  }
+
+  bool IsSaveDue(std::size_t nodes) const {
+    return settings_.save_every > 0 && nodes % static_cast<std::size_t>(settings_.save_every) == 0;
+  }
+
   Status AddAllSteps() {
     Progress progress;
     UpdateSample sample;  // of the update to come, summed up over the nodes it waits for
     double shown_ms = 0;
-    for (std::size_t k = 0; k < steps_.size() && !CancelFlag(); ++k) {
+    for (std::size_t k = first_step_; k < steps_.size() && !CancelFlag(); ++k) {
       const hpgo::ReplayStep& step = steps_[k];
       const Moment before;
       Status status = Insert(step);
@@ -122,6 +158,8 @@ class Replay {
           if (!status.ok()) return status;
         }
       }
+      if (IsSaveDue(k + 1)) status = hpgo::SaveState(optimizer_, settings_.save);
+      if (!status.ok()) return status;
       if (progress.enabled()) progress.Show(ProgressText(k + 1, steps_.size(), shown_ms));
     }
     return Status::Ok();
@@ -275,6 +313,7 @@ class Replay {
   typename hpgo::Optimizer<G>::Loss loss_;
   hpgo::UpdateLimits limits_;
   std::unique_ptr<hpgo::OutputFile> csv_;
+  std::size_t first_step_ = 0;
   std::size_t first_measured_ = 0;  // steps in measure_mode
   std::size_t first_counted_ = 0;   // steps in the statistics
   std::size_t next_comparison_ = 0;

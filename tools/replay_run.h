@@ -33,7 +33,10 @@ struct ReplaySettings {
   // The client takes the poses of all nodes once in so many updates, and new nodes start in those
   // it has; 0: in the current estimate.
   int stale_poses = 0;
-  bool refine = false;     // to rest, after the last update
+  bool refine = false;  // to rest, after the last update
+  // The optimizer's state goes to this file at the end, and after so many nodes (0: only then).
+  std::string save;
+  int save_every = 0;
   double far_closure = 0;  // see RecoverFromFarClosure; 0: none
 };
 
@@ -45,7 +48,7 @@ struct RefineResult {
 
 struct ReplayResult {
   bool interrupted = false;  // the replay ended early
-  std::int64_t steps = 0;    // nodes added
+  std::int64_t steps = 0;    // nodes added, those of a resumed state among them
   std::int64_t updates = 0;
   double seconds = 0;  // of wall time in the updates
   std::int64_t windows = 0, top_solves = 0, merged_edges = 0, examined_edges = 0, solved_nodes = 0;
@@ -65,8 +68,9 @@ struct ReplayResult {
 template <typename G>
 double Chi2(const hpgo::Optimizer<G>& optimizer);
 
-// Replays `graph` into an empty optimizer with the same options. Errors: those of the steps, and of
-// writing stats_csv. Shows a progress line.
+// Replays `graph` into an optimizer with the same options, that is empty or where the first nodes
+// have been replayed before. Errors: those of the steps, and of writing stats_csv and states;
+// kInvalidArgument where the optimizer holds something else. Shows a progress line.
 template <typename G>
 hpgo::Result<ReplayResult> RunReplay(const hpgo::PoseGraph<G>& graph,
                                      const ReplaySettings& settings, hpgo::Optimizer<G>* optimizer);

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "ceres/loss_function.h"
+#include "ceres_costs/losses.h"
 #include "hpgo/adapters/graph_sync.h"
 
 namespace hpgo {
@@ -30,14 +30,18 @@ struct CartographerWeights {
 //   NodeMap, SubmapMap                    MapById of these
 //   Constraint, TrajectoryState           of PoseGraphInterface
 //   ImuData, OdometryData
-//   static G Pose(const Rigid&);  static Rigid MakeRigid(const G&);
-//   static G Measurement(const Constraint&);      zbar_ij, in the plane in 2D
-//   static const Rigid& Global(const NodeSpec&);  static void SetGlobal(const Rigid&, NodeSpec*);
-//   static const Rigid& Global(const SubmapSpec&);  static void SetGlobal(const Rigid&,
-//   SubmapSpec*); static SubmapSpec MakeSubmap(const Rigid& global_pose); static G Local(const
-//   NodeSpec&);              of local SLAM static auto Time(const NodeSpec&); comparable;
-//   differences convert to double static auto Time(const OdometryData&);  static G Pose(const
-//   OdometryData&);
+//   static G Pose(const Rigid&)
+//   static Rigid MakeRigid(const G&)
+//   static G Measurement(const Constraint&)       zbar_ij, in the plane in 2D
+//   static const Rigid& Global(const NodeSpec&)
+//   static void SetGlobal(const Rigid&, NodeSpec*)
+//   static G Local(const NodeSpec&)               of local SLAM
+//   static auto Time(const NodeSpec&)             comparable; differences convert to double
+//   static const Rigid& Global(const SubmapSpec&)
+//   static void SetGlobal(const Rigid&, SubmapSpec*)
+//   static SubmapSpec MakeSubmap(const Rigid& global_pose)
+//   static auto Time(const OdometryData&)
+//   static G Pose(const OdometryData&)
 //
 // The whole vector of constraints comes at every Solve and is compared by submap, node and tag, so
 // that a Solve costs what has changed. Consecutive nodes of a trajectory that is not frozen are
@@ -56,20 +60,23 @@ class CartographerProblem {
 
   explicit CartographerProblem(const CartographerWeights& weights = {},
                                const OptimizerOptions& options = {})
-      : weights_(weights),
-        huber_(std::make_shared<ceres::HuberLoss>(weights.huber_scale)),
-        sync_(options) {}
+      : weights_(weights), sync_(options) {
+    std::unique_ptr<ceres::LossFunction> huber;
+    std::string error;
+    if (!ceres_costs::MakeLoss("huber", weights.huber_scale, &huber, &error)) Refuse(error);
+    huber_ = std::move(huber);
+  }
 
   void AddImuData(int /*trajectory_id*/, const typename Types::ImuData& /*data*/) {
     // The 2D problem has no such cost either.
-    if (G::kDim == 3) Refuse("rotation and acceleration costs of the IMU");
+    if (G::kDim == 3) Refuse("rotation and acceleration costs of the IMU are not taken");
   }
   void AddOdometryData(int trajectory_id, const typename Types::OdometryData& data) {
     odometry_[trajectory_id].insert_or_assign(Types::Time(data), Types::Pose(data));
   }
   template <typename FixedFramePoseData>
   void AddFixedFramePoseData(int /*trajectory_id*/, const FixedFramePoseData& /*data*/) {
-    Refuse("costs of fixed frames");
+    Refuse("costs of fixed frames are not taken");
   }
   void AddTrajectoryNode(int trajectory_id, const NodeSpec& node) {
     nodes_.Append(trajectory_id, node);
@@ -92,7 +99,7 @@ class CartographerProblem {
              const LandmarkNodes& landmarks) {
     status_ = Status::Ok();
     if (!refused_.empty()) {
-      status_ = Status(StatusCode::kInvalidArgument, refused_ + " are not taken");
+      status_ = Status(StatusCode::kInvalidArgument, refused_);
       return;
     }
     if (!landmarks.empty()) {
@@ -144,7 +151,7 @@ class CartographerProblem {
            id.submap_index;
   }
 
-  void Refuse(const std::string& what) { refused_ = what; }
+  void Refuse(const std::string& why) { refused_ = why; }
 
   static typename G::Matrix Information(double translation_weight, double rotation_weight) {
     typename G::Tangent diagonal;
@@ -240,7 +247,7 @@ class CartographerProblem {
   using TimeType = decltype(Types::Time(std::declval<const NodeSpec&>()));
 
   const CartographerWeights weights_;
-  const typename Optimizer<G>::Loss huber_;
+  typename Optimizer<G>::Loss huber_;
   GraphSync<G, Key> sync_;
   typename Types::NodeMap nodes_;
   typename Types::SubmapMap submaps_;

@@ -19,6 +19,11 @@ namespace hpgo {
 struct PlacedEdge {
   Index edge = kNone;   // of level 0
   bool is_new = false;  // a measurement that was not there before, not a part of a chain
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.edge, self.is_new);
+  }
 };
 
 // Owns the graph as its caller sees it, by indices of its own, and the hierarchy over its kept
@@ -146,6 +151,12 @@ class CondensedGraph {
     bool touched = false;   // is in touched_
     bool loose = false;     // its pose is in loose_
     bool reported = false;  // its pose is in reported_
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.first_edge, self.degree, self.level_node, self.binding, self.born, self.seen,
+              self.alive, self.held, self.root, self.touched, self.loose, self.reported);
+    }
   };
   struct Edge {
     Index node[2] = {kNone, kNone};
@@ -155,6 +166,12 @@ class CondensedGraph {
     Place place = Place::kNew;
     bool alive = false;
     bool binds = false;
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.node, self.next, self.prev, self.at, self.generation, self.place, self.alive,
+              self.binds);
+    }
   };
   // A chain: from node[0] to node[1].
   struct Chain {
@@ -169,6 +186,12 @@ class CondensedGraph {
     bool changed = false;   // is in changed_
     bool is_new = false;    // holds an edge that was not there before
     bool composed = false;  // T_kept_free is up to date
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.node, self.root, self.level_edge, self.T_kept_free, self.length, self.chi2,
+              self.stamp, self.alive, self.changed, self.is_new, self.composed);
+    }
   };
 
   void SetTerm(Chain* chain, const G& T);
@@ -237,6 +260,21 @@ class CondensedGraph {
   std::uint32_t moved_stamp_ = 0;
   ChunkedVector<G> reported_;      // by node
   std::vector<Index> unreported_;  // nodes to look at whatever moves
+
+ public:
+  // What a saved state has of the fields above: all but the options.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive.Section("levels");
+    archive(self.hierarchy_, self.node_of_level_, self.edge_of_level_);
+    archive.Section("chains");
+    archive(self.spans_, self.chains_, self.free_chains_, self.changed_, self.tolerance_);
+    archive.Section("edges");
+    archive(self.nodes_, self.edges_, self.free_nodes_, self.free_edges_, self.num_nodes_,
+            self.num_edges_, self.next_born_, self.first_new_, self.new_data_, self.loose_,
+            self.touched_, self.roots_, self.has_new_component_, self.placed_, self.tracking_,
+            self.moved_stamp_, self.reported_, self.unreported_);
+  }
 };
 
 extern template class CondensedGraph<ceres_costs::SE2>;

@@ -21,6 +21,11 @@ struct SpanModel {
   typename G::Tangent shift = G::Tangent::Zero();  // the perturbation of T that the edges prefer
   ceres_costs::PackedSymmetric<G::kDof> covariance;
   float length = 0;  // of the path at T, in m
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.T, self.shift, self.covariance, self.length);
+  }
 };
 
 // The perturbation of another T_a_b that the edges prefer.

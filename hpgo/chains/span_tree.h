@@ -1,6 +1,7 @@
 // Chains as balanced trees of spans, so that one is cut or joined in O(log n).
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,11 @@ struct ChainEdge {
   Index edge = kNone;     // its name elsewhere
   Index leaf = kNone;     // the span that holds it
   bool reversed = false;  // the chain runs against its measurement
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.term, self.covariance, self.Y, self.edge, self.leaf, self.reversed);
+  }
 };
 
 // All chains of a graph. A chain is a tree whose leaves hold up to kLeafEdges edges in order; every
@@ -98,6 +104,12 @@ class SpanTree {
     std::int16_t height = 0;  // 0: a leaf
     std::int16_t count = 0;   // of items
     bool stale = true;
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.model, self.parent, self.height, self.count, self.stale);
+      for (int k = 0; k < std::min<int>(self.count, kLeafEdges); ++k) archive(self.items[k]);
+    }
   };
 
   Index NewSpan();
@@ -145,6 +157,13 @@ class SpanTree {
   ChunkedVector<ChainEdge<G>> edges_;
   std::vector<Index> free_spans_, free_edges_;
   std::vector<Index> twisted_;
+
+ public:
+  // What a saved state has of the fields above.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.spans_, self.edges_, self.free_spans_, self.free_edges_, self.twisted_);
+  }
 };
 
 extern template class SpanTree<ceres_costs::SE2>;

@@ -41,6 +41,11 @@ class IdMap {
   }
   std::size_t MemoryBytes() const { return pages_.size() * (sizeof(Page) + 48); }
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.pages_);
+  }
+
  private:
   static constexpr int kPageBits = 5;
   static constexpr std::int64_t kMask = (std::int64_t{1} << kPageBits) - 1;
@@ -48,6 +53,11 @@ class IdMap {
     Page() { values.fill(kAbsent); }
     std::array<std::int32_t, kMask + 1> values;
     std::int32_t used = 0;
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.values, self.used);
+    }
   };
   std::map<std::int64_t, Page> pages_;
 };

@@ -32,6 +32,11 @@ struct EdgeData {
   std::shared_ptr<const ceres::CostFunction> custom;  // replaces the term's cost if set
   std::shared_ptr<const G> offset;                    // of a prior: T_node_sensor
   bool condensed = false;  // stands for a chain: the term is in the coarse convention
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.term, self.weight, self.loss, self.custom, self.offset, self.condensed);
+  }
 };
 
 // The paper's W of a measurement (eq. 2): 1 / max(z' Omega z, 1e-6), z the twist of Z.
@@ -146,10 +151,20 @@ class Hierarchy {
     std::shared_ptr<const ceres::LossFunction> loss;
     std::shared_ptr<const ceres::CostFunction> custom;
     std::shared_ptr<const G> offset;
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.loss, self.custom, self.offset);
+    }
   };
   struct LevelItem {
     int l;
     Index index;
+
+    template <typename Archive, typename Self>
+    static void Fields(Archive& archive, Self& self) {
+      archive(self.l, self.index);
+    }
   };
 
   bool RefreshChain(Index edge, const G& T);
@@ -203,6 +218,14 @@ class Hierarchy {
   RefreshCondensed refresh_;
   std::vector<std::pair<Index, double>> refreshed_;
   std::vector<Index> free_extras_;
+
+ public:
+  // What a saved state has of the fields above: all but the options, and stamps.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.next_new_level_, self.tracking_, self.reported_, self.levels_, self.unassigned_,
+            self.suspects_, self.extras_, self.refreshed_, self.free_extras_);
+  }
 };
 
 extern template class Hierarchy<ceres_costs::SE2>;

@@ -17,6 +17,11 @@ inline constexpr Index kNone = -1;  // no such node or edge; as an edge's first 
 struct MotionBound {
   float distance = 0;  // m
   float angle = 0;     // rad
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.distance, self.angle);
+  }
 };
 
 template <typename G>
@@ -37,6 +42,14 @@ struct LevelNode {
   // a node of level 0, from its origin.
   MotionBound moved, below;
   float radius = 0;
+
+  // All but the scratch.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.pose, self.parent, self.first_child, self.num_children, self.next_sibling,
+            self.prev_sibling, self.first_edge, self.degree, self.fixed, self.alive, self.weight,
+            self.moved, self.below, self.radius);
+  }
 };
 
 // The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
@@ -58,6 +71,14 @@ struct LevelEdge {
   bool condensed = false;        // level 0: stands for a chain
   Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.node, self.next, self.prev, self.parent, self.first_child, self.num_children,
+            self.next_sibling, self.prev_sibling, self.queue_next, self.queue_prev, self.pending,
+            self.changed, self.weight, self.alive, self.merged, self.queued, self.dirty,
+            self.condensed, self.extra, self.generation);
+  }
 };
 
 template <typename G>
@@ -70,6 +91,12 @@ struct Level {
   double total_weight = 0;                                // m (paper, eq. 1)
   PendingQueue pending;
   std::vector<Index> dirty;  // edges to merge; may hold dead ones
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.nodes, self.edges, self.terms, self.free_nodes, self.free_edges, self.num_nodes,
+            self.num_edges, self.total_weight, self.pending, self.dirty);
+  }
 };
 
 // The end of an edge away from `node`; kNone is the world frame.

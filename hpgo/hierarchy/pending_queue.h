@@ -92,6 +92,11 @@ class PendingQueue {
     }
   }
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.heads_, self.tails_, self.used_, self.size_);
+  }
+
  private:
   static constexpr int kNumLists = 512;  // 8 bits of exponent, 1 of mantissa
   static int ListOf(float pending) {

@@ -10,9 +10,19 @@ namespace hpgo {
 
 template <typename G>
 LiveOptimizer<G>::LiveOptimizer(LiveOptions options)
-    : options_(std::move(options)),
+    : LiveOptimizer(options, Optimizer<G>(options.optimizer)) {}
+
+template <typename G>
+LiveOptimizer<G>::LiveOptimizer(LiveOptions options, Optimizer<G> start)
+    : options_([&] {
+        options.optimizer = start.options();
+        return std::move(options);
+      }()),
       latest_(std::make_shared<Snapshot<G>>()),
-      optimizer_(options_.optimizer) {
+      at_rest_(start.num_nodes() == 0),
+      optimizer_(std::move(start)) {
+  optimizer_.ForEachPose([this](NodeId id, const G& pose) { poses_.Set(id, pose); });
+  Publish();
   optimizer_.TakeCorrections();  // from here on everything counts
   worker_ = std::thread([this] { Work(); });
 }

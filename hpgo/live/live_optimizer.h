@@ -52,6 +52,8 @@ class LiveOptimizer {
   using Loss = typename Optimizer<G>::Loss;
 
   explicit LiveOptimizer(LiveOptions options = {});
+  // Goes on with what `start` has (loaded from a file, perhaps), and with its options.
+  LiveOptimizer(LiveOptions options, Optimizer<G> start);
   LiveOptimizer(const LiveOptimizer&) = delete;
   LiveOptimizer& operator=(const LiveOptimizer&) = delete;
   // Stops between two windows; changes that no update has taken in are lost.
@@ -71,8 +73,8 @@ class LiveOptimizer {
   Status SetPose(NodeId id, const G& pose);
 
   // Runs on the worker's thread, between two solves, after all changes before it; for what has no
-  // call of its own here. Nodes are to be added and removed, and poses to be set, by the calls
-  // above. The future holds what it threw, if it did.
+  // call of its own here: SaveState, or Clone for the caller to save. Nodes are to be added and
+  // removed, and poses to be set, by the calls above. The future holds what it threw, if it did.
   std::future<void> Run(std::function<void(Optimizer<G>*)> run);
   // Waits for an update that has all changes before it.
   UpdateReport Update();
@@ -122,7 +124,7 @@ class LiveOptimizer {
   // Former snapshots that a reader may still hold: whoever drops the last one frees its pages,
   // which should not be the reader.
   std::vector<std::shared_ptr<const Snapshot<G>>> former_;
-  bool busy_ = false, at_rest_ = true;
+  bool busy_ = false, at_rest_;
 
   std::atomic<bool> stop_{false}, interrupt_{false};
   Optimizer<G> optimizer_;  // the worker's

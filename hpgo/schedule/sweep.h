@@ -34,6 +34,11 @@ class Sweep {
   // The next one begins at the top, wherever a limit hit the last one.
   void StartAtTop() { start_ = -1; }
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.start_);
+  }
+
  private:
   int start_ = -1;  // the level the next update begins with; -1: the top
 };

@@ -18,6 +18,11 @@ class Chi2Mean {
   // Where all edges have been looked at.
   void Set(double mean) { mean_ = mean; }
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.mean_, self.num_samples_, self.next_);
+  }
+
  private:
   double mean_ = 0;
   int num_samples_ = 0;  // that it is the mean of, up to its memory

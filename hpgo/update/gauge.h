@@ -37,6 +37,11 @@ class Gauge {
   // nodes that are free again.
   std::vector<Index> Hold(CondensedGraph<G>* graph);
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.anchors_, self.next_age_, self.fixed_, self.num_priors_, self.is_due_);
+  }
+
  private:
   struct Components {
     std::vector<int> of_node;  // by index on the top level

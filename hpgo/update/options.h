@@ -63,6 +63,14 @@ struct OptimizerOptions {
 
   // kInvalidArgument, naming the field that is out of range.
   Status Validate() const;
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.max_group_size, self.max_top_nodes, self.max_whole_nodes, self.max_top_edges,
+            self.coarse_edges, self.condense_chains, self.schedule, self.window_nodes,
+            self.window_edges, self.max_windows, self.window_iterations, self.stress_threshold,
+            self.max_examined, self.max_merges, self.convention, self.mode, self.engine);
+  }
 };
 
 }  // namespace hpgo

@@ -22,6 +22,12 @@ class Updater {
   UpdateReport Refine(const Changes& changes, const UpdateLimits& limits, Gauge<G>* gauge);
   UpdateReport Converge(const Changes& changes, const UpdateLimits& limits, Gauge<G>* gauge);
 
+  // What it keeps.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.at_optimum_);
+  }
+
  private:
   struct Step {
     UpdateReport report;

@@ -26,6 +26,11 @@ class WindowSizes {
   // After a solve.
   void Learn(int l, double worth, double seconds, bool damped);
 
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.largest_, self.seconds_);
+  }
+
  private:
   OptimizerOptions options_;
   double largest_ = 1;           // over the options' size

@@ -13,6 +13,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/io/state_file.h"
 #include "test/optimizer/oracle.h"
 
 namespace hpgo {
@@ -162,6 +163,45 @@ TEST(LiveOptimizerTest, NewerNodesAreCarriedAlong) {
   EXPECT_LT(relative.LocalCoordinates(SE2(1, 0, 0)).norm(), 1e-9);
   seen.set_value();
   after.wait();
+}
+
+// Every state that is saved while nodes keep arriving is one to go on from.
+TEST(LiveOptimizerTest, SavesMeanwhileAndGoesOnFromIt) {
+  const PoseGraph<SE2> graph = MakeWorld(World::kManhattan, 600);
+  const std::string path = testing::TempDir() + "hpgo_live_state";
+  std::atomic<bool> done{false};
+  std::vector<std::size_t> sizes;
+  {
+    LiveOptimizer<SE2> live;
+    std::thread saver([&] {
+      while (!done) {
+        live.Run([&](Optimizer<SE2>* optimizer) {
+              const Status status = SaveState(*optimizer, path);
+              EXPECT_TRUE(status.ok()) << status.ToString();
+            })
+            .get();
+        Optimizer<SE2> loaded;
+        const Status status = LoadState(path, &loaded);
+        EXPECT_TRUE(status.ok()) << status.ToString();
+        loaded.Update();
+        EXPECT_EQ(loaded.FindInconsistency(), "");
+        sizes.push_back(loaded.num_nodes());
+      }
+    });
+    Feed(graph, &live);
+    done = true;
+    saver.join();
+    live.Run([&](Optimizer<SE2>* optimizer) { EXPECT_TRUE(SaveState(*optimizer, path).ok()); })
+        .get();
+  }
+  EXPECT_TRUE(std::is_sorted(sizes.begin(), sizes.end()));
+  Optimizer<SE2> loaded;
+  ASSERT_TRUE(LoadState(path, &loaded).ok());
+  LiveOptimizer<SE2> resumed(LiveOptions(), std::move(loaded));
+  EXPECT_EQ(resumed.Latest()->poses.size(), 600u);
+  EXPECT_EQ(resumed.AddNode(599, SE2()).message(), "node 599 exists");
+  EXPECT_TRUE(resumed.Converge().at_rest);
+  resumed.Run([](Optimizer<SE2>* optimizer) { EXPECT_LT(Gap(*optimizer), 1e-8); }).get();
 }
 
 TEST(LiveOptimizerTest, ErrorsAreNamed) {

@@ -3,11 +3,12 @@
 # sees headers too. The order is that of hpgo/CMakeLists.txt.
 cmake_minimum_required(VERSION 3.22)
 
-set(order ceres_costs hpgo/graph hpgo/hierarchy hpgo/chains hpgo/solve hpgo/schedule hpgo/update hpgo hpgo/ceres
-          hpgo/live hpgo/io hpgo/evaluate hpgo/generate hpgo/report hpgo/adapters tools)
+set(order ceres_costs hpgo/graph hpgo/state hpgo/hierarchy hpgo/chains hpgo/solve hpgo/schedule
+          hpgo/update hpgo hpgo/ceres hpgo/live hpgo/io hpgo/evaluate hpgo/generate hpgo/report
+          hpgo/adapters tools)
 # Ceres is for the costs, the solvers and, as types alone, whoever hands them losses.
-set(without_ceres hpgo/graph hpgo/hierarchy hpgo/chains hpgo/schedule hpgo/update hpgo/live hpgo/io hpgo/generate
-                  hpgo/report)
+set(without_ceres hpgo/graph hpgo/state hpgo/hierarchy hpgo/chains hpgo/schedule hpgo/update
+                  hpgo/live hpgo/io hpgo/generate hpgo/report)
 set(may_build_problems hpgo/solve hpgo/ceres)
 
 set(problems "")

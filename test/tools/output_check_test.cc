@@ -51,6 +51,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Arguments{"replay", "INPUT", "--stats_csv=OUTPUT"},
                       Arguments{"replay", "INPUT", "--stats_json=OUTPUT"},
                       Arguments{"replay", "INPUT", "--summary_csv=OUTPUT"},
+                      Arguments{"replay", "INPUT", "--save=OUTPUT"},
                       Arguments{"replay", "INPUT", "--compare_at=100", "--chart=OUTPUT"},
                       Arguments{"evaluate", "INPUT", "--json=OUTPUT"},
                       Arguments{"generate", "--output=OUTPUT"},

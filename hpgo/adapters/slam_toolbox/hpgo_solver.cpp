@@ -4,8 +4,9 @@
 #include <pluginlib/class_list_macros.hpp>
 #include <string>
 #include <type_traits>
+#include <utility>
 
-#include "ceres/loss_function.h"
+#include "ceres_costs/losses.h"
 
 PLUGINLIB_EXPORT_CLASS(solver_plugins::HpgoSolver, karto::ScanSolver)
 
@@ -31,11 +32,13 @@ void HpgoSolver::Configure(NodePointer node) {
   const std::string preset = Parameter(*node, "hpgo_preset", std::string("accurate"));
   const double distance = Parameter(*node, "hpgo_min_correction_distance", 1e-4);
   const double angle = Parameter(*node, "hpgo_min_correction_angle", 1e-4);
-  hpgo::Optimizer2d::Loss loss;
-  if (loss_name == "HuberLoss") {
-    loss = std::make_shared<ceres::HuberLoss>(loss_scale);
-  } else if (loss_name == "CauchyLoss") {
-    loss = std::make_shared<ceres::CauchyLoss>(loss_scale);
+  std::unique_ptr<ceres::LossFunction> loss;
+  std::string error;
+  if (loss_name == "HuberLoss" || loss_name == "CauchyLoss") {
+    const char* name = loss_name == "HuberLoss" ? "huber" : "cauchy";
+    if (!ceres_costs::MakeLoss(name, loss_scale, &loss, &error)) {
+      RCLCPP_ERROR(node->get_logger(), "hpgo_loss_scale: %s", error.c_str());
+    }
   } else if (loss_name != "None") {
     RCLCPP_ERROR(node->get_logger(), "hpgo_loss is '%s', must be None, HuberLoss or CauchyLoss",
                  loss_name.c_str());
@@ -44,8 +47,8 @@ void HpgoSolver::Configure(NodePointer node) {
   if (!options.ok()) {
     RCLCPP_ERROR(node->get_logger(), "hpgo_preset: %s", options.status().message().c_str());
   }
-  const hpgo::Status status =
-      SetOptions(options.ok() ? *options : hpgo::OptimizerOptions(), loss, distance, angle);
+  const hpgo::Status status = SetOptions(options.ok() ? *options : hpgo::OptimizerOptions(),
+                                         std::move(loss), distance, angle);
   if (!status.ok()) {
     RCLCPP_ERROR(node->get_logger(), "hpgo: %s", status.message().c_str());
   }
