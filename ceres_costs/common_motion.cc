@@ -23,7 +23,9 @@ double SquaredNorm(const ceres::CostFunction& cost, const G& X_i, const G& X_j) 
 template <typename G>
 G Motion(const typename G::Tangent& d, const G& T_i_j) {
   typename G::Tangent away = d;
-  if constexpr (G::kDim == 2) away(2) = std::copysign(d(2), -T_i_j.angle());
+  if constexpr (G::kRotationDof == 1) {
+    away(G::kDim) = std::copysign(d(G::kDim), -T_i_j.angle());
+  }
   return G().Retract(away);
 }
 
@@ -67,5 +69,6 @@ std::string CommonMotionProblem(const ceres::CostFunction& cost, const G& T_i_j)
 
 template std::string CommonMotionProblem(const ceres::CostFunction&, const SE2&);
 template std::string CommonMotionProblem(const ceres::CostFunction&, const SE3&);
+template std::string CommonMotionProblem(const ceres::CostFunction&, const YawPose&);
 
 }  // namespace ceres_costs

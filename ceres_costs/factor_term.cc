@@ -4,6 +4,8 @@
 #include <limits>
 #include <vector>
 
+#include "ceres_costs/manifolds.h"
+
 namespace ceres_costs {
 namespace {
 
@@ -43,22 +45,6 @@ double ApplyLoss(const ceres::LossFunction* loss, double* cost, double* curvatur
   return rho[1];
 }
 
-// The ambient Jacobian of G::Retract at the pose X.
-Eigen::Matrix<double, 7, 6> RetractJacobian(const SE3& X) {
-  const Eigen::Map<const Eigen::Quaterniond> q = X.rotation();
-  Eigen::Matrix<double, 7, 6> J = Eigen::Matrix<double, 7, 6>::Zero();
-  J.topLeftCorner<3, 3>() = X.matrix();
-  J.block<3, 3>(3, 3) = 0.5 * Skew(q.vec());
-  J.block<3, 3>(3, 3).diagonal().array() += 0.5 * q.w();
-  J.bottomRightCorner<1, 3>() = -0.5 * q.vec().transpose();
-  return J;
-}
-Eigen::Matrix3d RetractJacobian(const SE2& X) {
-  Eigen::Matrix3d J = Eigen::Matrix3d::Identity();
-  J.topLeftCorner<2, 2>() = X.matrix();
-  return J;
-}
-
 // Residuals of a custom cost and their Jacobian by a right perturbation of X_j.
 template <typename G>
 bool EvaluateCustom(const ceres::CostFunction& cost, bool unary, const G& T_i_j,
@@ -73,7 +59,7 @@ bool EvaluateCustom(const ceres::CostFunction& cost, bool unary, const G& T_i_j,
                                 J == nullptr ? nullptr : (unary ? jacobians + 1 : jacobians));
   if (!ok || !residuals->allFinite()) return false;
   if (J != nullptr) {
-    *J = ambient * RetractJacobian(T_i_j);
+    *J = ambient * RetractionJacobian(T_i_j);
     return J->allFinite();
   }
   return true;
@@ -113,10 +99,11 @@ void Accumulate(const FactorTerm<SE3>& factor, const Matrix<SE3>& J, const Tange
   model->b.tail<3>().noalias() = Q.transpose() * we.tail<3>();
 }
 
-void Accumulate(const FactorTerm<SE2>& factor, const Matrix<SE2>& J, const Tangent<SE2>& e,
-                QuadraticModel<SE2>* model) {
-  const Matrix<SE2> omega = factor.term->information.Dense();
-  const Tangent<SE2> we = omega * e;
+template <typename G>
+void Accumulate(const FactorTerm<G>& factor, const Matrix<G>& J, const Tangent<G>& e,
+                QuadraticModel<G>* model) {
+  const Matrix<G> omega = factor.term->information.Dense();
+  const Tangent<G> we = omega * e;
   model->cost = e.dot(we);
   model->A.noalias() = J.transpose() * omega * J;
   model->b.noalias() = J.transpose() * we;
@@ -187,6 +174,19 @@ double FactorChange(const FactorTerm<G>& factor, bool unary, const G& T0, const 
   return std::sqrt(std::max(0., change * ApplyLoss(factor.loss, &cost, &curvature)));
 }
 
+template <typename G>
+void TransportModel(const G& T, const QuadraticModel<G>& in, QuadraticModel<G>* out,
+                    Matrix<G>* AM) {
+  const Matrix<G> M = T.Adjoint();
+  const Matrix<G> right = in.A * M;
+  const Matrix<G> A = M.transpose() * right;
+  const Tangent<G> b = M.transpose() * in.b;
+  out->A = A;
+  out->b = b;
+  out->cost = in.cost;
+  if (AM != nullptr) *AM = right;
+}
+
 template <>
 void TransportModel(const SE3& T, const QuadraticModel<SE3>& in, QuadraticModel<SE3>* out,
                     Matrix<SE3>* AM) {
@@ -212,24 +212,19 @@ void TransportModel(const SE3& T, const QuadraticModel<SE3>& in, QuadraticModel<
   AM->bottomRightCorner<3, 3>() = AY;
 }
 
-template <>
-void TransportModel(const SE2& T, const QuadraticModel<SE2>& in, QuadraticModel<SE2>* out,
-                    Matrix<SE2>* AM) {
-  const Matrix<SE2> M = T.Adjoint();
-  const Matrix<SE2> right = in.A * M;
-  const Matrix<SE2> A = M.transpose() * right;
-  const Tangent<SE2> b = M.transpose() * in.b;
-  out->A = A;
-  out->b = b;
-  out->cost = in.cost;
-  if (AM != nullptr) *AM = right;
-}
-
 template double FactorCost(const FactorTerm<SE2>&, bool, const SE2&);
 template double FactorCost(const FactorTerm<SE3>&, bool, const SE3&);
+template double FactorCost(const FactorTerm<YawPose>&, bool, const YawPose&);
 template bool LinearizeFactor(const FactorTerm<SE2>&, bool, const SE2&, QuadraticModel<SE2>*);
 template bool LinearizeFactor(const FactorTerm<SE3>&, bool, const SE3&, QuadraticModel<SE3>*);
+template bool LinearizeFactor(const FactorTerm<YawPose>&, bool, const YawPose&,
+                              QuadraticModel<YawPose>*);
 template double FactorChange(const FactorTerm<SE2>&, bool, const SE2&, const SE2&);
 template double FactorChange(const FactorTerm<SE3>&, bool, const SE3&, const SE3&);
+template double FactorChange(const FactorTerm<YawPose>&, bool, const YawPose&, const YawPose&);
+template void TransportModel(const SE2&, const QuadraticModel<SE2>&, QuadraticModel<SE2>*,
+                             SE2::Matrix*);
+template void TransportModel(const YawPose&, const QuadraticModel<YawPose>&,
+                             QuadraticModel<YawPose>*, YawPose::Matrix*);
 
 }  // namespace ceres_costs

@@ -1,8 +1,9 @@
-// The right Jacobians of SE(2) and SE(3), by the closed form x / (1 - exp(-x)) of ad(xi).
+// The right Jacobians of the groups, by the closed form x / (1 - exp(-x)) of ad(xi).
 #include <cmath>
 
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace ceres_costs {
 namespace {
@@ -25,6 +26,14 @@ SE2::Matrix Se2RightJacobianInverse(const SE2::Tangent& xi) {
   J << a, -0.5 * w, c * w * xi(0) + 0.5 * xi(1),  //
       0.5 * w, a, c * w * xi(1) - 0.5 * xi(0),    //
       0, 0, 1;
+  return J;
+}
+
+YawPose::Matrix YawPoseRightJacobianInverse(const YawPose::Tangent& xi) {
+  const SE2::Matrix plane = Se2RightJacobianInverse(SE2::Tangent(xi(0), xi(1), xi(3)));
+  YawPose::Matrix J = YawPose::Matrix::Identity();
+  J.topLeftCorner<2, 2>() = plane.topLeftCorner<2, 2>();
+  J.topRightCorner<2, 1>() = plane.topRightCorner<2, 1>();
   return J;
 }
 

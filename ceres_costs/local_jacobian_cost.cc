@@ -50,5 +50,6 @@ bool LocalJacobianCost<G>::Evaluate(double const* const* parameters, double* res
 
 template class LocalJacobianCost<SE2>;
 template class LocalJacobianCost<SE3>;
+template class LocalJacobianCost<YawPose>;
 
 }  // namespace ceres_costs

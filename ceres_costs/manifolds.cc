@@ -60,11 +60,15 @@ std::unique_ptr<ceres::Manifold> MakePoseManifold(JacobianKind kind) {
 
 template class RetractionManifold<SE2>;
 template class RetractionManifold<SE3>;
+template class RetractionManifold<YawPose>;
 template class PoseManifold<SE2>;
 template class PoseManifold<SE3>;
+template class PoseManifold<YawPose>;
 template class LocalPoseManifold<SE2>;
 template class LocalPoseManifold<SE3>;
+template class LocalPoseManifold<YawPose>;
 template std::unique_ptr<ceres::Manifold> MakePoseManifold<SE2>(JacobianKind);
 template std::unique_ptr<ceres::Manifold> MakePoseManifold<SE3>(JacobianKind);
+template std::unique_ptr<ceres::Manifold> MakePoseManifold<YawPose>(JacobianKind);
 
 }  // namespace ceres_costs

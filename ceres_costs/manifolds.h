@@ -6,6 +6,7 @@
 #include "ceres/manifold.h"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace ceres_costs {
 
@@ -62,10 +63,18 @@ inline Eigen::Matrix<double, 7, 6> RetractionJacobian(const SE3& x) {
   P.bottomRightCorner<1, 3>() = -0.5 * x.rotation().vec().transpose();
   return P;
 }
+inline Eigen::Matrix<double, 4, 4> RetractionJacobian(const YawPose& x) {
+  Eigen::Matrix<double, 4, 4> P = Eigen::Matrix<double, 4, 4>::Identity();
+  P.topLeftCorner<3, 3>() = x.matrix();
+  return P;
+}
 
 // d x.LocalCoordinates(y) / d y at y = x, kDof x kParams, the left inverse of RetractionJacobian: a
 // local Jacobian times it is an ambient one.
 inline Eigen::Matrix<double, 3, 3> LocalCoordinatesJacobian(const SE2& x) {
+  return RetractionJacobian(x).transpose();
+}
+inline Eigen::Matrix<double, 4, 4> LocalCoordinatesJacobian(const YawPose& x) {
   return RetractionJacobian(x).transpose();
 }
 inline Eigen::Matrix<double, 6, 7> LocalCoordinatesJacobian(const SE3& x) {

@@ -99,11 +99,15 @@ std::unique_ptr<ceres::CostFunction> MakePriorCost(const RelativePoseTerm<G>& te
 
 template class PriorCost<SE2>;
 template class PriorCost<SE3>;
+template class PriorCost<YawPose>;
 template std::unique_ptr<ceres::CostFunction> MakePriorCost(const RelativePoseTerm<SE2>&,
                                                             const SE2*, ErrorConvention, DiffMethod,
                                                             JacobianKind, std::string*);
 template std::unique_ptr<ceres::CostFunction> MakePriorCost(const RelativePoseTerm<SE3>&,
                                                             const SE3*, ErrorConvention, DiffMethod,
                                                             JacobianKind, std::string*);
+template std::unique_ptr<ceres::CostFunction> MakePriorCost(const RelativePoseTerm<YawPose>&,
+                                                            const YawPose*, ErrorConvention,
+                                                            DiffMethod, JacobianKind, std::string*);
 
 }  // namespace ceres_costs

@@ -104,13 +104,18 @@ bool WhitenTerm(const RelativePoseTerm<G>& term, typename G::Matrix* W, std::str
 
 template class RelativePoseCost<SE2>;
 template class RelativePoseCost<SE3>;
+template class RelativePoseCost<YawPose>;
 template std::unique_ptr<ceres::CostFunction> MakeRelativePoseCost(const RelativePoseTerm<SE2>&,
                                                                    ErrorConvention, DiffMethod,
                                                                    JacobianKind, std::string*);
 template std::unique_ptr<ceres::CostFunction> MakeRelativePoseCost(const RelativePoseTerm<SE3>&,
                                                                    ErrorConvention, DiffMethod,
                                                                    JacobianKind, std::string*);
+template std::unique_ptr<ceres::CostFunction> MakeRelativePoseCost(const RelativePoseTerm<YawPose>&,
+                                                                   ErrorConvention, DiffMethod,
+                                                                   JacobianKind, std::string*);
 template bool WhitenTerm(const RelativePoseTerm<SE2>&, SE2::Matrix*, std::string*);
 template bool WhitenTerm(const RelativePoseTerm<SE3>&, SE3::Matrix*, std::string*);
+template bool WhitenTerm(const RelativePoseTerm<YawPose>&, YawPose::Matrix*, std::string*);
 
 }  // namespace ceres_costs

@@ -23,4 +23,12 @@ SE2::Matrix DeviationJacobian(ErrorConvention convention, const SE2& D, const SE
   return J;
 }
 
+YawPose::Matrix DeviationJacobian(ErrorConvention convention, const YawPose& D,
+                                  const YawPose::Tangent& e) {
+  if (convention == ErrorConvention::kTwist) return YawPoseRightJacobianInverse(e);
+  YawPose::Matrix J = YawPose::Matrix::Identity();
+  J.topLeftCorner<3, 3>() = D.matrix();
+  return J;
+}
+
 }  // namespace ceres_costs

@@ -7,14 +7,16 @@
 #include "ceres_costs/packed_symmetric.h"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace ceres_costs {
 
 // How the deviation D = Z^-1 X_i^-1 X_j becomes a vector e, translation first.
 enum class ErrorConvention : std::uint8_t {
-  kG2o,       // translation, vector part of the quaternion (w >= 0); x, y, theta in 2D
+  kG2o,       // translation, vector part of the quaternion (w >= 0), or the one angle
   kTwist,     // the group logarithm, the paper's twist (eq. 3)
-  kSplitLog,  // translation, rotation vector: that of coarse edges. Equals kG2o in 2D
+  kSplitLog,  // translation, rotation vector: that of coarse edges. Equals kG2o where the angle is
+              // one
 };
 
 // A measurement Z of T_i_j and the information (inverse covariance) of its error.
@@ -49,10 +51,17 @@ Eigen::Matrix<S, 3, 1> DeviationError(ErrorConvention convention, const SE2T<S>&
   if (convention == ErrorConvention::kTwist) return D.Log();
   return Eigen::Matrix<S, 3, 1>(D.data()[0], D.data()[1], D.data()[2]);
 }
+template <typename S>
+Eigen::Matrix<S, 4, 1> DeviationError(ErrorConvention convention, const YawPoseT<S>& D) {
+  if (convention == ErrorConvention::kTwist) return D.Log();
+  return Eigen::Matrix<S, 4, 1>(D.data());
+}
 
 // The Jacobian of e(D) under a right perturbation of D. `e` is DeviationError(convention, D).
 SE3::Matrix DeviationJacobian(ErrorConvention convention, const SE3& D, const SE3::Tangent& e);
 SE2::Matrix DeviationJacobian(ErrorConvention convention, const SE2& D, const SE2::Tangent& e);
+YawPose::Matrix DeviationJacobian(ErrorConvention convention, const YawPose& D,
+                                  const YawPose::Tangent& e);
 
 // The error at the relative pose T_i_j and, unless null, its Jacobian under a right perturbation of
 // X_j. That of X_i follows: J_i = -J_j Ad(T_i_j^-1).

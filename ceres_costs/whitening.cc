@@ -154,6 +154,7 @@ Eigen::Matrix<double, N, N> ProjectInformation(const Eigen::Matrix<double, N, N>
   template Eigen::Matrix<double, N, N> ProjectInformation<N>(const Eigen::Matrix<double, N, N>&);
 CERES_COSTS_INSTANTIATE(2)
 CERES_COSTS_INSTANTIATE(3)
+CERES_COSTS_INSTANTIATE(4)
 CERES_COSTS_INSTANTIATE(6)
 #undef CERES_COSTS_INSTANTIATE
 

@@ -141,7 +141,7 @@ void ForEveryFactor(const Check& check) {
 template <typename G>
 class FactorTermTest : public testing::Test {};
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(FactorTermTest, Groups);
 
 TYPED_TEST(FactorTermTest, ModelAgreesWithNumericDifferentiation) {

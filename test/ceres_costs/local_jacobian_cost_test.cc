@@ -32,7 +32,7 @@ class FailingCost final : public ceres::SizedCostFunction<1, 7> {
 template <typename G>
 class LocalJacobianCostTest : public testing::Test {};
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(LocalJacobianCostTest, Groups);
 
 TYPED_TEST(LocalJacobianCostTest, TurnsJacobiansIntoLocalOnes) {

@@ -35,7 +35,7 @@ typename G::Tangent Minus(const ceres::Manifold& manifold, const G& y, const G& 
 template <typename G>
 class ManifoldTest : public testing::Test {};
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(ManifoldTest, Groups);
 
 TYPED_TEST(ManifoldTest, PlusAndMinusAreInverse) {

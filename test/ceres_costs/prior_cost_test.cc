@@ -43,7 +43,7 @@ std::vector<Sample<G>> MakeSamples(double pi_margin) {
 template <typename G>
 class PriorCostTest : public testing::Test {};
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(PriorCostTest, Groups);
 
 TYPED_TEST(PriorCostTest, AnalyticAgreesWithNumericDifferentiation) {
@@ -170,7 +170,7 @@ TYPED_TEST(PriorCostTest, SignOfTheResidual) {
     const auto cost = MakeCost(term, &P, convention, DiffMethod::kAnalytic, JacobianKind::kLocal);
     for (int k = 0; k < G::kDof; ++k) {
       const typename G::Tangent step = 0.01 * G::Tangent::Unit(k);
-      const bool half = convention == ErrorConvention::kG2o && G::kDim == 3 && k >= 3;
+      const bool half = convention == ErrorConvention::kG2o && G::kRotationDof == 3 && k >= 3;
       const G X = Z.Retract(step) * P.Inverse();
       EXPECT_TRUE(IsNear(Residuals<G>(*cost, {X}), (half ? 0.5 : 1) * step, 1e-6)) << k;
     }

@@ -33,7 +33,8 @@ struct Sample {
   std::vector<G> poses;
 };
 
-void FlipSign(SE2*) {}
+template <typename G>
+void FlipSign(G*) {}
 void FlipSign(SE3* x) { x->rotation().coeffs() *= -1; }
 
 template <typename G>
@@ -53,7 +54,7 @@ std::vector<Sample<G>> MakeSamples(double pi_margin) {
 template <typename G>
 class RelativePoseCostTest : public testing::Test {};
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(RelativePoseCostTest, Groups);
 
 TYPED_TEST(RelativePoseCostTest, AnalyticAgreesWithNumericDifferentiation) {
@@ -117,7 +118,13 @@ Eigen::Matrix3d Homogeneous(const SE2& T) {
   m.topRightCorner<2, 1>() = T.translation();
   return m;
 }
-SE3::Tangent OtherError(ErrorConvention convention, const Eigen::Matrix4d& D) {
+Eigen::Matrix4d Homogeneous(const YawPose& T) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(T.angle()).toRotationMatrix();
+  m.topRightCorner<3, 1>() = T.translation();
+  return m;
+}
+SE3::Tangent OtherError(const SE3&, ErrorConvention convention, const Eigen::Matrix4d& D) {
   SE3::Tangent e;
   if (convention == ErrorConvention::kTwist) {
     const Eigen::Matrix4d log = D.log();
@@ -130,7 +137,14 @@ SE3::Tangent OtherError(ErrorConvention convention, const Eigen::Matrix4d& D) {
   e << D.topRightCorner<3, 1>(), size * rotation.axis();
   return e;
 }
-SE2::Tangent OtherError(ErrorConvention convention, const Eigen::Matrix3d& D) {
+YawPose::Tangent OtherError(const YawPose&, ErrorConvention convention, const Eigen::Matrix4d& D) {
+  const Eigen::Matrix4d log = D.log();
+  if (convention == ErrorConvention::kTwist) {
+    return YawPose::Tangent(log(0, 3), log(1, 3), log(2, 3), log(1, 0));
+  }
+  return YawPose::Tangent(D(0, 3), D(1, 3), D(2, 3), log(1, 0));
+}
+SE2::Tangent OtherError(const SE2&, ErrorConvention convention, const Eigen::Matrix3d& D) {
   if (convention == ErrorConvention::kTwist) {
     const Eigen::Matrix3d log = D.log();
     return SE2::Tangent(log(0, 2), log(1, 2), log(1, 0));
@@ -147,7 +161,7 @@ TYPED_TEST(RelativePoseCostTest, SquareIsTheMahalanobisDistanceWithDenseInformat
     for (const ErrorConvention convention : kConventions) {
       const auto D =
           (Homogeneous(Z).inverse() * Homogeneous(X_i).inverse() * Homogeneous(X_j)).eval();
-      const typename G::Tangent e = OtherError(convention, D);
+      const typename G::Tangent e = OtherError(Z, convention, D);
       for (const DiffMethod method : {DiffMethod::kAnalytic, DiffMethod::kAutomatic}) {
         const auto cost =
             MakeCost(MakeTerm(Z, information), convention, method, JacobianKind::kAmbient);
@@ -183,7 +197,7 @@ TYPED_TEST(RelativePoseCostTest, SignOfTheResidual) {
     EXPECT_TRUE(IsNear(Residuals<G>(*cost, {X_i, X_i * Z}), G::Tangent::Zero(), 1e-14));
     for (int k = 0; k < G::kDof; ++k) {
       const typename G::Tangent step = 0.01 * G::Tangent::Unit(k);
-      const bool half = convention == ErrorConvention::kG2o && G::kDim == 3 && k >= 3;
+      const bool half = convention == ErrorConvention::kG2o && G::kRotationDof == 3 && k >= 3;
       const Eigen::VectorXd r = Residuals<G>(*cost, {X_i, (X_i * Z).Retract(step)});
       EXPECT_TRUE(IsNear(r, (half ? 0.5 : 1) * step, 1e-6)) << "component " << k;
     }

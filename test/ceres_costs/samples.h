@@ -10,6 +10,7 @@
 #include "Eigen/Core"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 #include "gtest/gtest.h"
 
 namespace ceres_costs {
@@ -62,6 +63,9 @@ inline SE3::Tangent MakeTangent(const SE3*, double distance, double angle) {
   d << 0.48 * distance, -0.64 * distance, 0.6 * distance, 2.0 / 7 * angle, 3.0 / 7 * angle,
       -6.0 / 7 * angle;
   return d;
+}
+inline YawPose::Tangent MakeTangent(const YawPose*, double distance, double angle) {
+  return YawPose::Tangent(0.48 * distance, -0.64 * distance, 0.6 * distance, angle);
 }
 
 // Tangents at identity, tiny, on both sides of every switch to a series, near +-pi (as near as
