@@ -38,7 +38,8 @@ double SecondsSince(Clock::time_point begin) {
 bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
   const std::optional<hpgo::InitMethod> init = hpgo::ParseInitMethod(FLAGS_init);
   if (!init.has_value()) {
-    FailUsage("--init=" + FLAGS_init + ": must be file, odometry, spanning_tree, chordal or auto");
+    FailUsage("--init=" + FLAGS_init +
+              ": must be file, odometry, spanning_tree, chordal, joint_chordal or auto");
     return false;
   }
   const std::optional<hpgo::Engine> engine = hpgo::ParseEngine(FLAGS_engine);
@@ -105,10 +106,11 @@ void DescribeResult(const hpgo::FullSolveReport& report) {
           " held");
   std::string init = std::string("start: ") + hpgo::InitMethodName(report.init);
   if (report.candidates.size() > 1) {
-    init += ", the lowest cost of";
+    init += report.runs > 1 ? ", the lowest end of" : ", the lowest cost of";
     for (const hpgo::InitCandidate& candidate : report.candidates) {
       init += std::string(" ") + hpgo::InitMethodName(candidate.method) + " " +
               (candidate.status.ok() ? FormatNumber(candidate.cost) : "(failed)");
+      if (report.runs > 1 && candidate.solved) init += " to " + FormatNumber(candidate.end_cost);
     }
   }
   Message(init);
@@ -152,6 +154,10 @@ ordered_json ResultJson(const hpgo::FullSolveReport& report) {
                           {"seconds", candidate.seconds}};
     if (candidate.status.ok()) {
       entry["cost"] = candidate.cost;
+      if (candidate.solved) {
+        entry["end_cost"] = candidate.end_cost;
+        entry["iterations"] = candidate.iterations;
+      }
     } else {
       entry["error"] = candidate.status.message();
     }
@@ -170,6 +176,7 @@ ordered_json ResultJson(const hpgo::FullSolveReport& report) {
           {"anchored_nodes", report.anchored},
           {"init", hpgo::InitMethodName(report.init)},
           {"init_candidates", candidates},
+          {"runs", report.runs},
           {"chi2_before", report.chi2_before},
           {"chi2_start", report.chi2_start},
           {"chi2_after", report.chi2_after},

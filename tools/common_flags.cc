@@ -39,11 +39,15 @@ DEFINE_string(loss_on, "closures", "the edges with the robust loss: closures or 
 
 DEFINE_string(
     init, "auto",
-    "where the poses start: file, odometry, spanning_tree, chordal, or auto (the one with "
-    "the lowest chi2)");
+    "where the poses start: file, odometry, spanning_tree, chordal, joint_chordal, or auto (the "
+    "one with the lowest cost and, where the graph is small or the result fits badly, others too: "
+    "the lowest end counts)");
 DEFINE_string(engine, "block",
               "the solver: block (the fast one) or ceres; both end at the same optimum");
-DEFINE_int32(max_iterations, kSolve.max_iterations, "the largest number of iterations");
+DEFINE_int32(
+    max_iterations, kSolve.max_iterations,
+    "the largest number of iterations; work ends it too, 3e8 evaluations of an edge, though "
+    "never before 200");
 DEFINE_double(max_seconds, kSolve.max_seconds,
               "the time limit in seconds; the best result so far is written");
 

@@ -51,7 +51,8 @@ class Chordal {
     }
   }
 
-  Result<std::vector<G>> Solve() {
+  // With `rotations` false those of the start stay.
+  Result<std::vector<G>> Solve(bool rotations) {
     if (unknowns_ == 0) return poses_;
     std::vector<std::pair<int, int>> pairs;
     pairs.reserve(graph_.edges().size());
@@ -62,7 +63,7 @@ class Chordal {
       if (both) pairs.emplace_back(i, j);
     }
     ChordalSystem<d> system(unknowns_, pairs);
-    if (!SolveRotations(&system)) {
+    if (rotations && !SolveRotations(&system)) {
       return Status(StatusCode::kNoSolution, "chordal rotations: the system is singular");
     }
     if (!SolveTranslations(&system)) {
@@ -204,7 +205,14 @@ template <typename G>
 Result<std::vector<G>> ChordalPoses(const PoseGraph<G>& graph,
                                     const std::vector<Anchor<G>>& anchors,
                                     const std::vector<G>& start) {
-  return Chordal<G>(graph, anchors, start).Solve();
+  return Chordal<G>(graph, anchors, start).Solve(true);
+}
+
+template <typename G>
+Result<std::vector<G>> ChordalTranslations(const PoseGraph<G>& graph,
+                                           const std::vector<Anchor<G>>& anchors,
+                                           const std::vector<G>& poses) {
+  return Chordal<G>(graph, anchors, poses).Solve(false);
 }
 
 template Result<std::vector<SE2>> ChordalPoses(const PoseGraph<SE2>&,
@@ -213,5 +221,11 @@ template Result<std::vector<SE2>> ChordalPoses(const PoseGraph<SE2>&,
 template Result<std::vector<SE3>> ChordalPoses(const PoseGraph<SE3>&,
                                                const std::vector<Anchor<SE3>>&,
                                                const std::vector<SE3>&);
+template Result<std::vector<SE2>> ChordalTranslations(const PoseGraph<SE2>&,
+                                                      const std::vector<Anchor<SE2>>&,
+                                                      const std::vector<SE2>&);
+template Result<std::vector<SE3>> ChordalTranslations(const PoseGraph<SE3>&,
+                                                      const std::vector<Anchor<SE3>>&,
+                                                      const std::vector<SE3>&);
 
 }  // namespace hpgo

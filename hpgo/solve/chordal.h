@@ -21,4 +21,10 @@ Result<std::vector<G>> ChordalPoses(const PoseGraph<G>& graph,
                                     const std::vector<Anchor<G>>& anchors,
                                     const std::vector<G>& start);
 
+// The rotations of `poses` with the translations that the objective asks of them: the second half.
+template <typename G>
+Result<std::vector<G>> ChordalTranslations(const PoseGraph<G>& graph,
+                                           const std::vector<Anchor<G>>& anchors,
+                                           const std::vector<G>& poses);
+
 }  // namespace hpgo

@@ -54,5 +54,6 @@ bool ChordalSystem<d>::Solve() {
 
 template class ChordalSystem<2>;
 template class ChordalSystem<3>;
+template class ChordalSystem<4>;
 
 }  // namespace hpgo

@@ -35,7 +35,8 @@ class ChordalSystem {
   auto Solution(int unknown) const { return right_.middleRows<d>(kStride * unknown); }
 
  private:
-  static constexpr int kStride = 3;  // the factorization's blocks; in 2D the last row is idle
+  // The factorization's blocks; rows beyond d are idle.
+  static constexpr int kStride = d <= 3 ? 3 : 6;
   using Padded = Eigen::Matrix<double, kStride, kStride>;
 
   const int unknowns_;
@@ -47,5 +48,6 @@ class ChordalSystem {
 
 extern template class ChordalSystem<2>;
 extern template class ChordalSystem<3>;
+extern template class ChordalSystem<4>;
 
 }  // namespace hpgo

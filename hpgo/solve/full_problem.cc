@@ -5,7 +5,7 @@ template <typename G>
 FullProblem<G>::FullProblem(const PoseGraph<G>& graph, const std::vector<int>& held,
                             const std::vector<bool>& robust, const ceres::LossFunction* loss,
                             ceres_costs::ErrorConvention convention)
-    : slots_(graph.nodes().size(), 0) {
+    : robust_(robust), slots_(graph.nodes().size(), 0) {
   constexpr int kHeld = -1;
   for (const int node : held) slots_[node] = kHeld;
   int next = 0;
@@ -47,6 +47,13 @@ template <typename G>
 void FullProblem<G>::SetPoses(const std::vector<G>& poses) {
   for (std::size_t node = 0; node < slots_.size(); ++node) {
     subproblem_.poses[slots_[node]] = poses[node].Normalized();
+  }
+}
+
+template <typename G>
+void FullProblem<G>::SetLoss(const ceres::LossFunction* loss) {
+  for (std::size_t k = 0; k < robust_.size(); ++k) {  // the edges' factors are the first
+    if (robust_[k]) subproblem_.factors[k].loss = loss;
   }
 }
 

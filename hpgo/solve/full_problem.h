@@ -28,6 +28,9 @@ class FullProblem {
   const G& pose(int node) const { return subproblem_.poses[slots_[node]]; }
   bool is_free(int node) const { return slots_[node] < subproblem_.num_free; }
 
+  // Another loss for the edges that have one.
+  void SetLoss(const ceres::LossFunction* loss);
+
   // The objective, and chi2 = sum of e' Omega e without the loss, at the poses set.
   double Cost() const { return Sum(true); }
   double Chi2() const { return Sum(false); }
@@ -39,7 +42,8 @@ class FullProblem {
 
   std::vector<ceres_costs::RelativePoseTerm<G>> terms_;
   std::vector<G> offsets_;
-  std::vector<int> slots_;  // node index -> index into the subproblem's poses
+  std::vector<bool> robust_;  // by edge
+  std::vector<int> slots_;    // node index -> index into the subproblem's poses
   Subproblem<G> subproblem_;
 };
 

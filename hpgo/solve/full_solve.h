@@ -28,7 +28,9 @@ struct FullSolveOptions {
   std::string loss = "none";
   double loss_scale = 1;
   LossScope loss_on = LossScope::kLoopClosures;
-  int max_iterations = 200;
+  // Of each run to the end (below). Work ends it too: 3e8 evaluations of an edge or prior, though
+  // never before 200 iterations.
+  int max_iterations = 1000000;
   // Seconds of wall time for everything; checked between iterations.
   double max_seconds = 1e9;
   // The solve ends when an iteration decreases the cost by less than this share. To be loosened
@@ -60,18 +62,26 @@ struct FullSolveReport {
   double cost_start = 0;
   double cost_after = 0;
   InitMethod init = InitMethod::kFile;    // the one used
-  std::vector<InitCandidate> candidates;  // with their costs
+  std::vector<InitCandidate> candidates;  // with their costs, and those found on the way
+  int runs = 0;                           // the candidates solved to the end
   int components = 0;
   int loop_closures = 0;
   int held_nodes = 0;            // fixed ones, and one of each component that nothing anchors
   std::vector<NodeId> anchored;  // those of them that are not fixed
-  int iterations = 0;
+  int iterations = 0;            // of all runs
   double init_seconds = 0;
   double solve_seconds = 0;
   double seconds = 0;  // all of it
 };
 
-// Minimizes the graph's objective in place: moves every node that is neither fixed nor the first,
+// Minimizes the graph's objective in place, from the start of the lowest cost. InitMethod::kAuto
+// then runs other starts to the end too, and guesses made anew with less weight on the edges that
+// are far off, until three have ended at the lowest cost or they have cost enough: little in all (a
+// second) or, where chi2 per degree of freedom is far above 1, a few times as much as the first.
+// The lowest end is the result. A redescending loss is approached from a convex one
+// (graduated_loss.h), and starts are then compared with that.
+//
+// Moves every node that is neither fixed nor the first,
 // in id order, of a component that nothing anchors. Afterwards every node has a pose; fixed nodes
 // are as they were, bit for bit. Deterministic unless a time limit or `cancel` ends it.
 template <typename G>

@@ -11,6 +11,7 @@
 #include "hpgo/solve/chordal.h"
 #include "hpgo/solve/initial_guess_rotation.h"
 #include "hpgo/solve/initial_guess_tree.h"
+#include "hpgo/solve/joint_chordal.h"
 
 namespace hpgo {
 namespace {
@@ -23,6 +24,7 @@ constexpr NamedMethod kNames[] = {{InitMethod::kFile, "file"},
                                   {InitMethod::kOdometry, "odometry"},
                                   {InitMethod::kSpanningTree, "spanning_tree"},
                                   {InitMethod::kChordal, "chordal"},
+                                  {InitMethod::kJointChordal, "joint_chordal"},
                                   {InitMethod::kAuto, "auto"}};
 
 // Costs closer than this, relative to one another, are a tie.
@@ -94,9 +96,31 @@ class Guesser {
     if (method == InitMethod::kOdometry) return Aligned(Compose(OdometryLengths(graph_)));
     std::vector<G> tree = Compose(UncertaintyLengths(graph_));
     if (method == InitMethod::kSpanningTree) return Aligned(std::move(tree));
-    Result<std::vector<G>> chordal = ChordalPoses(graph_, anchors_, tree);
+    Result<std::vector<G>> chordal =
+        method == InitMethod::kChordal
+            ? ChordalPoses(graph_, anchors_, tree)
+            : JointChordalPoses(graph_, anchors_, tree, JointChordalOptions());
     if (!chordal.ok()) return chordal;
     return Aligned(std::move(*chordal));
+  }
+
+  Result<std::vector<G>> Another(const std::vector<double>& weights, int turn) const {
+    JointChordalOptions options;
+    options.weights = weights;
+    // Turns that divide the components by the golden ratio are never near one another.
+    const double at = std::fmod(turn * 0.6180339887498949, 1);
+    std::vector<std::vector<int>> nodes(components_.count);
+    for (std::size_t k = 0; k < components_.of_node.size(); ++k) {
+      nodes[components_.of_node[k]].push_back(static_cast<int>(k));
+    }
+    for (const Anchor<G>& anchor : anchors_) {
+      const std::vector<int>& all = nodes[components_.of_node[anchor.node]];
+      options.roots.push_back(all[static_cast<std::size_t>(at * static_cast<double>(all.size()))]);
+    }
+    Result<std::vector<G>> poses =
+        JointChordalPoses(graph_, anchors_, Compose(UncertaintyLengths(graph_)), options);
+    if (!poses.ok()) return poses;
+    return Aligned(std::move(*poses));
   }
 
  private:
@@ -137,8 +161,8 @@ std::vector<InitMethod> MethodsToTry(InitMethod method, const PoseGraph<G>& grap
   if (std::any_of(graph.nodes().begin(), graph.nodes().end(), has_pose)) {
     methods.push_back(InitMethod::kFile);
   }
-  methods.insert(methods.end(),
-                 {InitMethod::kOdometry, InitMethod::kSpanningTree, InitMethod::kChordal});
+  methods.insert(methods.end(), {InitMethod::kOdometry, InitMethod::kSpanningTree,
+                                 InitMethod::kChordal, InitMethod::kJointChordal});
   return methods;
 }
 
@@ -197,6 +221,16 @@ Result<InitialGuess<G>> MakeInitialGuess(InitMethod method, const PoseGraph<G>& 
   return guess.candidates.front().status;
 }
 
+template <typename G>
+Result<std::vector<G>> AnotherGuess(const PoseGraph<G>& graph, const std::vector<double>& weights,
+                                    int turn) {
+  return Guesser<G>(graph).Another(weights, turn);
+}
+
+template Result<std::vector<SE2>> AnotherGuess(const PoseGraph<SE2>&, const std::vector<double>&,
+                                               int);
+template Result<std::vector<SE3>> AnotherGuess(const PoseGraph<SE3>&, const std::vector<double>&,
+                                               int);
 template Result<InitialGuess<SE2>> MakeInitialGuess(
     InitMethod, const PoseGraph<SE2>&, const std::function<double(const std::vector<SE2>&)>&,
     const std::atomic<bool>*);

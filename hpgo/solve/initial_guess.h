@@ -16,10 +16,12 @@ enum class InitMethod {
   kOdometry,      // composed along consecutive edges
   kSpanningTree,  // composed along the paths of least uncertainty
   kChordal,       // linear relaxation of the rotations, then linear translations (chordal.h)
+  kJointChordal,  // one linear relaxation of both (joint_chordal.h)
   kAuto,          // the one of these with the lowest cost; the earlier one on ties
 };
 
-// "file", "odometry", "spanning_tree", "chordal", "auto"; nothing for any other name.
+// "file", "odometry", "spanning_tree", "chordal", "joint_chordal", "auto"; nothing for any other
+// name.
 const char* InitMethodName(InitMethod method);
 std::optional<InitMethod> ParseInitMethod(const std::string& name);
 
@@ -28,6 +30,10 @@ struct InitCandidate {
   Status status;  // kNoSolution: this method found no guess
   double cost = 0;
   double seconds = 0;  // to make and evaluate it
+  // Of those that a full solve ran to the end (full_solve.h).
+  bool solved = false;
+  double end_cost = 0;
+  int iterations = 0;
 };
 
 template <typename G>
@@ -48,5 +54,12 @@ template <typename G>
 Result<InitialGuess<G>> MakeInitialGuess(InitMethod method, const PoseGraph<G>& graph,
                                          const std::function<double(const std::vector<G>&)>& cost,
                                          const std::atomic<bool>* cancel);
+
+// Another joint chordal guess, to look for another minimum from: edge k's information counts
+// weights[k] times (all alike if empty), and `turn` = 1, 2, ... names the node of each loose
+// component that is held while the rotations are found, far from those of other turns.
+template <typename G>
+Result<std::vector<G>> AnotherGuess(const PoseGraph<G>& graph, const std::vector<double>& weights,
+                                    int turn);
 
 }  // namespace hpgo

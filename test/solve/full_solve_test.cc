@@ -56,8 +56,9 @@ TYPED_TEST(FullSolveTest, ReachesTheOptimumFromEveryStart) {
   const double optimum = IndependentSolver<TypeParam>(at_truth, 0).Solve();
   ASSERT_GT(optimum, 1e-3);
 
-  for (const InitMethod init : {InitMethod::kFile, InitMethod::kOdometry, InitMethod::kSpanningTree,
-                                InitMethod::kChordal, InitMethod::kAuto}) {
+  for (const InitMethod init :
+       {InitMethod::kFile, InitMethod::kOdometry, InitMethod::kSpanningTree, InitMethod::kChordal,
+        InitMethod::kJointChordal, InitMethod::kAuto}) {
     SCOPED_TRACE(InitMethodName(init));
     PoseGraph<TypeParam> graph = known.graph;
     FullSolveOptions options;

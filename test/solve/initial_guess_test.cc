@@ -38,7 +38,7 @@ double Distance(const std::vector<G>& a, const std::vector<G>& b) {
 TEST(InitMethodTest, NamesGoBothWays) {
   for (const InitMethod method :
        {InitMethod::kFile, InitMethod::kOdometry, InitMethod::kSpanningTree, InitMethod::kChordal,
-        InitMethod::kAuto}) {
+        InitMethod::kJointChordal, InitMethod::kAuto}) {
     EXPECT_EQ(ParseInitMethod(InitMethodName(method)), method);
   }
   EXPECT_STREQ(InitMethodName(InitMethod::kSpanningTree), "spanning_tree");
@@ -55,8 +55,8 @@ TYPED_TEST(InitialGuessTest, EveryMethodIsExactWithoutNoise) {
   KnownGraph<G> known = MakeKnownGraph<G>(50, 0, 1);
   std::mt19937_64 rng(1);
   for (int k = 1; k < 50; ++k) known.graph.node(k).pose = RandomPose<G>(&rng, 5, 3);
-  for (const InitMethod method :
-       {InitMethod::kOdometry, InitMethod::kSpanningTree, InitMethod::kChordal}) {
+  for (const InitMethod method : {InitMethod::kOdometry, InitMethod::kSpanningTree,
+                                  InitMethod::kChordal, InitMethod::kJointChordal}) {
     EXPECT_LT(Distance(Guess(method, known.graph), known.truth), 1e-9) << InitMethodName(method);
   }
 }
@@ -79,6 +79,7 @@ TYPED_TEST(InitialGuessTest, ChordalIsExactWithSeveralFixedNodesAndPriors) {
     ASSERT_TRUE(known.graph.AddPrior(prior).ok());
   }
   EXPECT_LT(Distance(Guess(InitMethod::kChordal, known.graph), known.truth), 1e-6);
+  EXPECT_LT(Distance(Guess(InitMethod::kJointChordal, known.graph), known.truth), 1e-6);
 }
 
 TYPED_TEST(InitialGuessTest, ChordalComesNearTheOptimumWhereDeadReckoningDoesNot) {
@@ -105,6 +106,30 @@ TYPED_TEST(InitialGuessTest, ChordalCopesWithDirectionsThatNoEdgeMeasures) {
     known.graph.edge(k).information.template rightCols<1>().setZero();
   }
   EXPECT_LT(Distance(Guess(InitMethod::kChordal, known.graph), known.truth), 1e-5);
+}
+
+TYPED_TEST(InitialGuessTest, AnotherGuessHoldsAnotherNodeAndWeighsTheEdges) {
+  using G = TypeParam;
+  KnownGraph<G> known = MakeKnownGraph<G>(40, 0, 12);
+  for (const int turn : {1, 2, 3}) {
+    const Result<std::vector<G>> guess = AnotherGuess(known.graph, {}, turn);
+    ASSERT_TRUE(guess.ok()) << guess.status().ToString();
+    EXPECT_LT(Distance(*guess, known.truth), 1e-8) << turn;
+  }
+  // A wrong edge turns others, unless it counts for nothing.
+  known.graph.edge(45).measurement.translation()(0) += 10;
+  const auto turned = [&](double weight) {
+    std::vector<double> weights(known.graph.edges().size(), 1);
+    weights[45] = weight;
+    const Result<std::vector<G>> guess = AnotherGuess(known.graph, weights, 1);
+    double most = 0;
+    for (int k = 0; k < 40; ++k) {
+      most = std::max(most, ((*guess)[k].matrix() - known.truth[k].matrix()).norm());
+    }
+    return most;
+  };
+  EXPECT_GT(turned(1), 0.01);
+  EXPECT_LT(turned(0), 1e-6);
 }
 
 TYPED_TEST(InitialGuessTest, OdometryTrustsNoClosureWhereItNeedNot) {
@@ -165,7 +190,7 @@ TYPED_TEST(InitialGuessTest, AutoTakesTheCheapestAndTheFileOnTies) {
       [&](const std::vector<G>&) { return ++calls == 3 ? 1.0 : 2.0; }, nullptr);
   ASSERT_TRUE(result.ok());
   EXPECT_EQ(result->method, InitMethod::kSpanningTree);
-  ASSERT_EQ(result->candidates.size(), 4);
+  ASSERT_EQ(result->candidates.size(), 5);
   EXPECT_EQ(result->candidates[2].cost, 1);
   EXPECT_EQ(result->candidates[3].cost, 2);
   const auto tie = MakeInitialGuess<G>(InitMethod::kAuto, known.graph, NoCost<G>(), nullptr);
