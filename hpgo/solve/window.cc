@@ -9,6 +9,7 @@ bool Window<G>::Build(int l, const std::vector<Index>& seeds, const WindowLimits
                       Hierarchy<G>* hierarchy) {
   hierarchy_ = hierarchy;
   level_ = l;
+  refused_ = hierarchy->NewStamp();
   stamp_ = hierarchy->NewStamp();
   nodes_.clear();
   Collect(seeds, limits);
@@ -34,19 +35,21 @@ bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy) {
   return subproblem_.num_free > 0;
 }
 
-// Makes a node free unless it is constant or has too many edges for the window.
+// Makes a node free unless it is constant or its edges do not fit. One that was refused is not
+// asked again: where all see all, that would take a time that grows with the cube of their number.
 template <typename G>
 bool Window<G>::TryAdd(Index n, int max_edges) {
   Level<G>& level = hierarchy_->mutable_level(level_);
   LevelNode<G>& node = level.nodes[n];
-  if (!node.alive || node.stamp == stamp_ || node.fixed > 0 || node.degree > max_edges) {
-    return false;
-  }
+  if (!node.alive || node.stamp == stamp_ || node.stamp == refused_ || node.fixed > 0) return false;
   int fresh = 0;  // edges that no free node has brought in yet
   ForEachEdge(level, n, [&](Index, Index other) {
     fresh += other == kNone || level.nodes[other].stamp != stamp_;
   });
-  if (num_edges_ + fresh > max_edges && !nodes_.empty()) return false;
+  if (num_edges_ + fresh > max_edges && !nodes_.empty()) {
+    node.stamp = refused_;
+    return false;
+  }
   num_edges_ += fresh;
   node.stamp = stamp_;
   node.scratch = static_cast<Index>(nodes_.size());

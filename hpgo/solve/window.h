@@ -11,7 +11,7 @@ namespace hpgo {
 
 struct WindowLimits {
   int max_nodes = 100;   // P: free nodes
-  int max_edges = 1000;  // a node with more edges than this is always border
+  int max_edges = 1000;  // a seed with more of its own gets a window alone
 };
 
 // Reusable: keeps its storage from window to window. Not synchronized.
@@ -62,7 +62,8 @@ class Window {
 
   Hierarchy<G>* hierarchy_ = nullptr;
   int level_ = 0;
-  std::uint32_t stamp_ = 0;
+  // Of the nodes that are in the window, and of those that had no place in it.
+  std::uint32_t stamp_ = 0, refused_ = 0;
   int num_edges_ = 0;
   std::vector<Index> nodes_, edges_;
   std::vector<G> frames_;  // T_world_group of the ancestors met, by their scratch

@@ -58,10 +58,8 @@ inline constexpr int kIterationsToFit = 3;
 // Everything is examined again at thresholds this many times smaller, each kDeeper times the last;
 // on ill-conditioned graphs down to kDeepest while a round gains kGainToGoDeeper of the cost.
 inline constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10, kGainToGoDeeper = 1e-5;
-// Where the levels' models disagree, windows may undo each other's work for ever: the cost is
-// looked at after so many passes over the graph, and whenever that has doubled, at most so often;
-// less than kStandstill of it gained ends the call.
-inline constexpr double kPassesToFirstLook = 50, kStandstill = 1e-6;
-inline constexpr int kMostLooks = 10;
+// Where the levels' models disagree, windows may undo each other's work for ever: after so many
+// passes over the graph it is solved whole.
+inline constexpr double kMostPasses = 50;
 
 }  // namespace hpgo

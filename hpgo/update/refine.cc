@@ -17,29 +17,6 @@ using ceres_costs::SE3;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether work goes on without getting anywhere.
-class Standstill {
- public:
-  explicit Standstill(double first_look) : next_look_(first_look) {}
-  // After so much more work, in nodes solved.
-  template <typename Cost>
-  bool IsReached(double work, double tau, const Cost& cost) {
-    work_ += work;
-    if (work_ < next_look_) return false;
-    next_look_ = 2 * work_;
-    ++looks_;
-    const double before = std::exchange(cost_, cost());
-    // A window promised more than tau; or the cost is infinite.
-    return !(before - cost_ >= std::max(kStandstill * cost_, tau));
-  }
-  bool HasLookedEnough() const { return looks_ >= kMostLooks; }
-
- private:
-  double work_ = 0, next_look_;
-  double cost_ = kInfinity;  // at the last look
-  int looks_ = 0;
-};
-
 }  // namespace
 
 template <typename G>
@@ -53,8 +30,8 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
   if (!changes.empty() || gauge->is_due()) depth_ = 1;
-  const double first_look = kPassesToFirstLook * graph_.hierarchy().level(0).num_nodes;
-  Standstill standstill(first_look);
+  const double most_work = kMostPasses * graph_.hierarchy().level(0).num_nodes;
+  double work = 0;  // nodes solved at this depth
   double last_mean = kInfinity;
   Changes left = changes;
   UpdateReport sum;
@@ -65,10 +42,17 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     left.newest = changes.newest;
     Accumulate(report, &sum);
     if (!report.status.ok()) break;
-    const double tau = Thresholds(depth_).tau;
-    sum.at_rest = report.at_rest ||
-                  standstill.IsReached(report.solved_nodes, tau, [&] { return CostOf(&graph_); });
+    work += report.solved_nodes;
+    sum.at_rest = report.at_rest;
+    if (!sum.at_rest && work > most_work && !budget.IsStopped()) {
+      // Windows that undo each other's work, or that are small beside what they belong to.
+      const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
+      Accumulate(full.report, &sum);
+      sum.at_rest = full.report.status.ok();
+      break;
+    }
     if (!sum.at_rest) continue;
+    const double tau = Thresholds(depth_).tau;
     // Over all edges, those in chains among them: a sample's mean may be far above what is left.
     const double cost = CostOf(&graph_);
     if (graph_.num_edges() > 0 && std::isfinite(cost)) mean_.Set(cost / graph_.num_edges());
@@ -80,9 +64,9 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
     graph_.SettleAll();
     QueueAll(thresholds, &graph_.hierarchy());
-    standstill = Standstill(first_look);
+    work = 0;
     sum.at_rest = false;
-  } while (!sum.at_rest && !standstill.HasLookedEnough() && !budget.IsStopped());
+  } while (!sum.at_rest && !budget.IsStopped());
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.largest_moved = Larger(sum.largest_moved, sum.newest_moved);
   sum.seconds = budget.SecondsSpent();
