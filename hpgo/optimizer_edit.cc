@@ -22,8 +22,8 @@ ceres_costs::RelativePoseTerm<G> Normalized(ceres_costs::RelativePoseTerm<G> ter
 template <typename G>
 Optimizer<G>::Impl::Impl(const OptimizerOptions& options)
     : options_(options),
-      graph_({options.max_group_size, options.max_top_nodes, options.max_whole_nodes,
-              options.max_top_edges, options.coarse_edges, options.convention},
+      graph_({options.max_group_size, options.max_top_nodes, options.max_top_edges,
+              options.coarse_edges, options.convention},
              options.condense_chains),
       hierarchy_(graph_.hierarchy()),
       updater_(options, &graph_, [this](Index e) { return NameOfLevelEdge(e); }) {}

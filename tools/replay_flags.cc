@@ -144,7 +144,7 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   }
   if (FLAGS_window_nodes != 0) options.window_nodes = FLAGS_window_nodes;
   if (FLAGS_max_top_nodes != 0) {
-    options.max_top_nodes = options.max_whole_nodes = FLAGS_max_top_nodes;
+    options.max_top_nodes = FLAGS_max_top_nodes;
   }
   if (FLAGS_max_top_edges != 0) options.max_top_edges = FLAGS_max_top_edges;
   if (FLAGS_max_windows != 0) options.max_windows = FLAGS_max_windows;

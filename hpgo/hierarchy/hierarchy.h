@@ -17,7 +17,6 @@ namespace hpgo {
 struct HierarchyOptions {
   int max_group_size = 3;   // K; at least 2
   int max_top_nodes = 150;  // T: a larger top gets a new level above it; at least 2
-  int max_whole_nodes = 0;  // the same of level 0, where it is the larger
   int max_top_edges = std::numeric_limits<int>::max();  // so does one with more edges; at least 1
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;  // of level 0

@@ -176,9 +176,7 @@ void Hierarchy<G>::DropTop() {
 
 template <typename G>
 bool Hierarchy<G>::IsTooLarge(int l, double share) const {
-  const int max_nodes =
-      l == 0 ? std::max(options_.max_top_nodes, options_.max_whole_nodes) : options_.max_top_nodes;
-  return levels_[l]->num_nodes > share * max_nodes ||
+  return levels_[l]->num_nodes > share * options_.max_top_nodes ||
          levels_[l]->num_edges > share * options_.max_top_edges;
 }
 

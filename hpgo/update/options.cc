@@ -17,7 +17,6 @@ OptimizerOptions OptimizerOptions::Eager() {
   OptimizerOptions options;
   options.schedule = Schedule::kNewEdges;
   options.condense_chains = false;
-  options.max_whole_nodes = 0;
   options.max_top_nodes = 300;
   options.max_top_edges = std::numeric_limits<int>::max();
   return options;

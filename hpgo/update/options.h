@@ -27,10 +27,10 @@ enum class Schedule {
 struct OptimizerOptions {
   // --- These change the result.
   int max_group_size = 3;   // K
-  int max_top_nodes = 300;  // T: a larger top gets a new level. Larger: better, slower closures
-  // Kept nodes that are all solved at once, exactly, while there are no more. Larger: closures are
-  // exact in larger maps, and take longer there.
-  int max_whole_nodes = 800;
+  // T: the top is solved as a whole, and gets a new level when it is larger: while there are no more
+  // kept nodes than this, closures are exact. Larger: exact in larger maps, nearer the optimum in
+  // those beyond, slower closures.
+  int max_top_nodes = 800;
   int max_top_edges = 1500;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   // Chains of nodes with two edges each are condensed exactly, and level 0 of the hierarchy is the

@@ -31,7 +31,6 @@ PoseGraph<G> Graph() {
 OptimizerOptions SmallTop() {
   OptimizerOptions options;
   options.condense_chains = false;
-  options.max_whole_nodes = 0;
   options.max_top_nodes = 20;
   return options;
 }

@@ -64,7 +64,6 @@ TYPED_TEST(ClosureTest, IsTakenInByOneUpdate) {
 TYPED_TEST(ClosureTest, WithoutChainsItIsFarOff) {
   OptimizerOptions options;
   options.condense_chains = false;
-  options.max_whole_nodes = 0;
   options.max_top_nodes = 150;
   EXPECT_GT(this->LargestGap(options, 100, 2, 390), 0.5);
   EXPECT_EQ(this->kept_, 800);

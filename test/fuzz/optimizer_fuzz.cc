@@ -106,7 +106,6 @@ class Calls {
     OptimizerOptions options;
     options.max_group_size = 2 + bytes_.Below(3);
     options.max_top_nodes = 3 + bytes_.Below(8);
-    options.max_whole_nodes = bytes_.Below(3) == 0 ? 20 : 0;
     options.condense_chains = bytes_.Below(5) > 0;
     options.window_nodes = 4 + bytes_.Below(40);
     options.window_edges = 8 + bytes_.Below(60);

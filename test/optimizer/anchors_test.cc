@@ -20,7 +20,6 @@ class AnchorsTest : public testing::Test {
   static OptimizerOptions Options() {
     OptimizerOptions options;
     options.max_top_nodes = 5;
-    options.max_whole_nodes = 0;
     return options;
   }
   // A session of its own: `nodes` nodes with ids from `first`, one an update, in a frame that is

@@ -60,7 +60,6 @@ class CustomCostTest : public testing::TestWithParam<Engine> {
     OptimizerOptions options;
     options.engine = GetParam();
     options.max_top_nodes = 8;
-    options.max_whole_nodes = 0;
     options.window_nodes = 12;
     return options;
   }

@@ -114,7 +114,6 @@ TYPED_TEST(FaultsTest, ANegativeLimitVisitsEveryNodeOnce) {
   using G = TypeParam;
   OptimizerOptions options;
   options.max_top_nodes = 4;
-  options.max_whole_nodes = 0;
   Optimizer<G> optimizer(options);
   std::map<NodeId, int> visits;
   const auto visit_all = [&] {

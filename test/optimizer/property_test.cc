@@ -83,7 +83,6 @@ class Sequence {
     OptimizerOptions options;
     options.max_group_size = 2 + Below(3);
     options.max_top_nodes = 3 + Below(8);
-    options.max_whole_nodes = Chance(0.3) ? 20 : 0;
     options.condense_chains = Chance(0.8);
     options.window_nodes = Chance(0.5) ? 100 : 8 + Below(15);
     options.window_edges = Chance(0.7) ? 1000 : 20 + Below(50);

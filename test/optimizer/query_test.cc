@@ -24,7 +24,6 @@ class QueryTest : public testing::Test {
   static OptimizerOptions Options() {
     OptimizerOptions options;
     options.max_top_nodes = 5;
-    options.max_whole_nodes = 0;
     return options;
   }
 

@@ -40,7 +40,6 @@ TYPED_TEST(RegressionTest, SmallGraphsAreNearTheOptimumAfterEveryUpdate) {
   const PoseGraph<TypeParam> graph = World<TypeParam>(hpgo::World::kManhattan, 200);
   OptimizerOptions options;
   options.max_top_nodes = 20;  // several levels
-  options.max_whole_nodes = 0;
   options.window_nodes = 40;
   Optimizer<TypeParam> optimizer(options);
   for (const ReplayStep& step : ReplaySteps(graph)) {
@@ -78,7 +77,6 @@ TYPED_TEST(RegressionTest, EveryPresetKeepsAUsableEstimate) {
   for (const auto& [preset, bound] : bounds) {
     OptimizerOptions options = *OptimizerOptions::FromName(preset);
     options.max_top_nodes = 50;  // several levels
-    options.max_whole_nodes = 0;
     Optimizer<TypeParam> optimizer(options);
     for (const ReplayStep& step : ReplaySteps(graph)) {
       ASSERT_TRUE(ApplyStep<TypeParam>(graph, step, nullptr, &optimizer).ok());
