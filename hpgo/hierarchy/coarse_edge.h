@@ -65,7 +65,8 @@ CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 
 // The condensed measurement of the paper (section III, after its reference [8]): the local subgraph
 // of the two groups is optimized with one representative held, and the other representative's mean
-// and marginal covariance become the measurement, moved to the groups' frames.
+// and marginal covariance become the measurement, moved to the groups' frames. Of a centred edge
+// (LevelEdge) the mean is the current relative pose instead.
 template <typename G>
 CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 

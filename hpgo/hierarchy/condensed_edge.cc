@@ -157,7 +157,8 @@ CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
   result.T_g_h = T_g_h;
   // X_held is in the frame of the first group, which is the local graph's.
   const G Z = X_held * graph.poses[held].Between(graph.poses[other]) * X_other.Inverse();
-  result.term = TermFromModel(at_frame, SemiDefiniteInverse<G>(at_frame.A), Z);
+  result.term =
+      TermFromModel(at_frame, SemiDefiniteInverse<G>(at_frame.A), record.centred ? T_g_h : Z);
   ceres_costs::FactorTerm<G> factor;
   factor.term = &result.term;
   factor.convention = kCoarseConvention;

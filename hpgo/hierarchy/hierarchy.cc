@@ -219,6 +219,7 @@ double Hierarchy<G>::Merge(int l, Index edge) {
   const double change = QuadraticChange(merged, record.merged ? &levels_[l]->terms[edge] : nullptr);
   levels_[l]->terms[edge] = merged.term;
   record.merged = true;
+  record.centred = false;
   record.changed = 0;
   return change;
 }
@@ -247,6 +248,7 @@ double Hierarchy<G>::CostDecrease(int l, Index edge, const G& before, const G& a
 template <typename G>
 void Hierarchy<G>::MarkDirty(int l, Index edge) {
   LevelEdge& record = levels_[l]->edges[edge];
+  record.centred = false;  // the estimate does not hold the change yet
   if (record.dirty) return;
   record.dirty = true;
   levels_[l]->dirty.push_back(edge);

@@ -202,6 +202,8 @@ class Hierarchy {
   void RepairGroups();
   bool SplitGroup(int l, Index group);
   void AddLevel();
+  // Has the condensed edges of the new top say what the estimate says.
+  void CentreTop();
   void DropTop();
   void DropSmallTop();
 

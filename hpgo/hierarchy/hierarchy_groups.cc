@@ -147,6 +147,36 @@ void Hierarchy<G>::AddLevel() {
       if (levels_[l]->nodes[n].alive) AssignGroup(l, n);
     }
   }
+  if (options_.coarse_edges == CoarseEdges::kCondensed) CentreTop();
+}
+
+// The estimate is what the top so far has settled on. Composed from measurements, the edges of a
+// new one would have another optimum, and the map would jump to it in rigid pieces. Not where edges
+// are new or changed: the estimate does not hold them yet.
+template <typename G>
+void Hierarchy<G>::CentreTop() {
+  const int l = num_levels() - 1;
+  Level<G>& level = *levels_[l];
+  const Level<G>& below = *levels_[l - 1];
+  const auto is_fresh = [&](Index e) { return below.edges[e].dirty || !below.edges[e].merged; };
+  const auto has_fresh = [&](Index group) {  // between its members
+    bool fresh = false;
+    for (Index c = level.nodes[group].first_child; c != kNone; c = below.nodes[c].next_sibling) {
+      ForEachEdge(below, c, [&](Index e, Index other) {
+        if (other != kNone && below.nodes[other].parent == group) fresh |= is_fresh(e);
+      });
+    }
+    return fresh;
+  };
+  for (const Index e : level.dirty) {
+    LevelEdge& record = level.edges[e];
+    if (!record.alive || record.node[0] == kNone) continue;
+    bool fresh = has_fresh(record.node[0]) || has_fresh(record.node[1]);
+    for (Index c = record.first_child; c != kNone; c = below.edges[c].next_sibling) {
+      fresh |= is_fresh(c);
+    }
+    record.centred = !fresh;
+  }
 }
 
 template <typename G>

@@ -68,6 +68,7 @@ struct LevelEdge {
   bool merged = false;           // level 0: is no longer new; above: the term holds a merge
   bool queued = false;           // is in Level::pending
   bool dirty = false;            // is in Level::dirty
+  bool centred = false;          // its next merge measures the current estimate (kCondensed)
   bool condensed = false;        // level 0: stands for a chain
   Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
@@ -77,7 +78,7 @@ struct LevelEdge {
     archive(self.node, self.next, self.prev, self.parent, self.first_child, self.num_children,
             self.next_sibling, self.prev_sibling, self.queue_next, self.queue_prev, self.pending,
             self.changed, self.weight, self.alive, self.merged, self.queued, self.dirty,
-            self.condensed, self.extra, self.generation);
+            self.centred, self.condensed, self.extra, self.generation);
   }
 };
 

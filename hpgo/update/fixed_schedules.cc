@@ -22,19 +22,19 @@ std::vector<Index> SeedsOnLevel(int l, const UpdateTools<G>& tools, const News& 
 }  // namespace
 
 template <typename G>
-void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, int iterations,
+              UpdateReport* report) {
   const Stopwatch watch(&report->top_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   ++report->top_solves;
   if (!tools.step.window().BuildWhole(hierarchy.num_levels() - 1, &hierarchy)) return;
-  Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget),
-       report);
+  Note(tools.step.Solve(iterations, kInfinity, plan.thresholds, plan.budget), report);
 }
 
 template <typename G>
 void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index newest,
                       UpdateReport* report) {
-  SolveTop(tools, plan, report);
+  SolveTop(tools, plan, kFullIterations, report);
   const Stopwatch watch(&report->window_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   for (int l = hierarchy.num_levels() - 2; l >= 0 && !plan.budget.IsStopped(); --l) {
@@ -68,7 +68,7 @@ bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, Update
 }
 
 #define HPGO_INSTANTIATE(G)                                                                       \
-  template void SolveTop(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);                \
+  template void SolveTop(const UpdateTools<G>&, const UpdatePlan&, int, UpdateReport*);           \
   template void RunFixedSchedule(const UpdateTools<G>&, const UpdatePlan&, Index, UpdateReport*); \
   template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
 HPGO_INSTANTIATE(SE2)

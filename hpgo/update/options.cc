@@ -26,6 +26,8 @@ OptimizerOptions OptimizerOptions::Paper() {
   OptimizerOptions options = Eager();
   options.coarse_edges = CoarseEdges::kCondensed;
   options.schedule = Schedule::kNewestNode;
+  options.window_nodes = 2000;
+  options.window_edges = 10000;
   return options;
 }
 

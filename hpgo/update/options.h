@@ -42,7 +42,8 @@ struct OptimizerOptions {
   // M: windows an update, the top's solve among them, each worth as many as it is larger than the
   // options say. More: faster convergence, longer updates.
   int max_windows = 6;
-  int window_iterations = 1;  // of a window's solve, and of the top's
+  // Of a window's solve, and of the top's; fixed schedules solve the top to convergence.
+  int window_iterations = 1;
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
   double stress_threshold = 5e-4;
   int max_examined = 300;  // C: edges looked at in one search for work
@@ -56,7 +57,10 @@ struct OptimizerOptions {
   static OptimizerOptions Fast();
   // Windows around every new edge at every update, whether stressed or not.
   static OptimizerOptions Eager();
-  // As published: condensed edges, a window at the newest node, the top solved at every update.
+  // As published: condensed edges, a window at the newest node, the top solved at every update. The
+  // paper leaves P open; here it is 2000. The gap right after a closure, mean of 40, was with P =
+  // 800 19 % on KITTI 00 and 0.02 % on M3500, with 2000 1.2 % and 0.0002 %, for 1.5 times the CPU
+  // time.
   static OptimizerOptions Paper();
   // "accurate", "fast", "eager", "paper"; kInvalidArgument for any other name.
   static Result<OptimizerOptions> FromName(const std::string& name);

@@ -36,15 +36,16 @@ void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateRepor
 template <typename G>
 bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
 
-// The whole top, and a window on every lower level, whether it is stressed or not: around the new
-// edges or the newest node.
+// The whole top, to convergence, and a window on every lower level, whether it is stressed or not:
+// around the new edges or the newest node.
 template <typename G>
 void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index newest,
                       UpdateReport* report);
 
-// The top alone.
+// The top alone, in so many iterations at most.
 template <typename G>
-void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, int iterations,
+              UpdateReport* report);
 
 // The whole graph, to convergence: true if it got there.
 template <typename G>

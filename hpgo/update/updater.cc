@@ -70,7 +70,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     if (mode == Mode::kFull) {
       step.converged = SolveWholeGraph(tools, plan, &report);
     } else if (mode == Mode::kTop) {
-      SolveTop(tools, plan, &report);
+      SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
       report.at_rest = RunStressSchedule(tools, plan, &report);
     } else {
