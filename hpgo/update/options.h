@@ -26,10 +26,10 @@ enum class Schedule {
 
 struct OptimizerOptions {
   // --- These change the result.
-  int max_group_size = 3;   // K
-  // T: the top is solved as a whole, and gets a new level when it is larger: while there are no more
-  // kept nodes than this, closures are exact. Larger: exact in larger maps, nearer the optimum in
-  // those beyond, slower closures.
+  int max_group_size = 3;  // K
+  // T: the top is solved as a whole, and gets a new level when it is larger: while there are no
+  // more kept nodes than this, closures are exact. Larger: exact in larger maps, nearer the optimum
+  // in those beyond, slower closures.
   int max_top_nodes = 800;
   int max_top_edges = 1500;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
@@ -70,10 +70,10 @@ struct OptimizerOptions {
 
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.max_group_size, self.max_top_nodes, self.max_whole_nodes, self.max_top_edges,
-            self.coarse_edges, self.condense_chains, self.schedule, self.window_nodes,
-            self.window_edges, self.max_windows, self.window_iterations, self.stress_threshold,
-            self.max_examined, self.max_merges, self.convention, self.mode, self.engine);
+    archive(self.max_group_size, self.max_top_nodes, self.max_top_edges, self.coarse_edges,
+            self.condense_chains, self.schedule, self.window_nodes, self.window_edges,
+            self.max_windows, self.window_iterations, self.stress_threshold, self.max_examined,
+            self.max_merges, self.convention, self.mode, self.engine);
   }
 };
 

@@ -104,7 +104,6 @@ class Robot {
     OptimizerOptions options;
     options.max_group_size = 2 + Below(3);
     options.max_top_nodes = 3 + Below(8);
-    options.max_whole_nodes = Chance(0.3) ? 20 : 0;
     options.condense_chains = Chance(0.8);
     options.coarse_edges = Chance(0.2) ? CoarseEdges::kCondensed : CoarseEdges::kGalerkin;
     options.schedule = Chance(0.8) ? Schedule::kStress : Schedule::kNewEdges;
@@ -248,7 +247,6 @@ class StateFileTest : public testing::Test {
     Robot<G> robot(3);
     OptimizerOptions options;
     options.max_top_nodes = 3;
-    options.max_whole_nodes = 0;
     Optimizer<G> optimizer(options);
     for (int k = 0; k < 25; ++k) robot.Next(optimizer)(&optimizer);
     optimizer.Update();

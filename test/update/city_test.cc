@@ -1,0 +1,34 @@
+// A drive through a city of long streets, whose first sight of an old street bends thousands of
+// poses at once.
+
+#include "gtest/gtest.h"
+#include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/replay.h"
+#include "test/optimizer/oracle.h"
+
+namespace hpgo {
+namespace {
+
+// With steps on level 0 that were taken by what chains said where they were linearized, the pose of
+// node 12,000 went to 1e75 m here.
+TEST(CityTest, AFarOffClosureBendsChainsNoFurtherThanTheirEdgesReach) {
+  GenerateOptions generate;
+  generate.world = World::kCity;
+  generate.nodes = 30000;
+  const Result<SyntheticGraph<SE3>> city = GenerateGraph<SE3>(generate);
+  ASSERT_TRUE(city.ok()) << city.status().ToString();
+  Optimizer3d optimizer;
+  int closures = 0;
+  for (const ReplayStep& step : ReplaySteps(city->graph)) {
+    ASSERT_TRUE(ApplyStep<SE3>(city->graph, step, nullptr, &optimizer).ok());
+    const UpdateReport report = optimizer.Update();
+    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+    closures += step.closes_loop();
+    if (optimizer.num_nodes() == 12100) break;
+  }
+  EXPECT_GT(closures, 400);
+  EXPECT_LT(Gap(optimizer), 0.01);
+}
+
+}  // namespace
+}  // namespace hpgo
