@@ -1,5 +1,5 @@
 // The numbers that steer an update, but for the caller's (options.h). Each names the quantity that
-// it bounds; README.md lists the test that fails without it.
+// it bounds; README.md says which of them a test holds.
 #pragma once
 
 namespace hpgo {
