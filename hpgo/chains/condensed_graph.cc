@@ -86,9 +86,14 @@ bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
 // The term of a chain's level edge, for T of its ends.
 template <typename G>
 void CondensedGraph<G>::SetTerm(Chain* chain, const G& T) {
-  const SpanModel<G>& model = spans_.Model(chain->root);
-  hierarchy_.SetCondensed(chain->level_edge, TermOfSpan(model, T));
-  chain->chi2 = FactorCost(hierarchy_.FactorOf(0, chain->level_edge), false, model.T);
+  hierarchy_.SetCondensed(chain->level_edge, TermOfSpan(spans_.Model(chain->root), T));
+  NoteChi2(chain);
+}
+
+template <typename G>
+void CondensedGraph<G>::NoteChi2(Chain* chain) {
+  chain->chi2 =
+      FactorCost(hierarchy_.FactorOf(0, chain->level_edge), false, spans_.Model(chain->root).T);
 }
 
 template <typename G>
@@ -135,8 +140,7 @@ void CondensedGraph<G>::FinishChain(Index c) {
   data.term = TermOfSpan(spans_.Model(chain.root), T);
   data.weight = ModularityWeight(data.term);
   chain.level_edge = hierarchy_.AddEdge(a, b, data);
-  chain.chi2 =
-      FactorCost(hierarchy_.FactorOf(0, chain.level_edge), false, spans_.Model(chain.root).T);
+  NoteChi2(&chain);
   chain.is_new = false;
   while (static_cast<Index>(edge_of_level_.size()) <= chain.level_edge) {
     edge_of_level_.push_back(kNone);

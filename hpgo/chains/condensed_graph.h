@@ -195,6 +195,7 @@ class CondensedGraph {
   };
 
   void SetTerm(Chain* chain, const G& T);
+  void NoteChi2(Chain* chain);
 
   // condensed_graph_edit.cc
   void DropChainOf(Index edge);

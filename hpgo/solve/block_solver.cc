@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "hpgo/chains/span.h"
 #include "hpgo/solve/block_system.h"
 #include "hpgo/solve/damping.h"
 
@@ -17,8 +18,6 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using Clock = std::chrono::steady_clock;
 
-// rad by which an edge may turn in a step: beyond, its linearization says nothing.
-constexpr double kFarTurn = 0.5;
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
@@ -130,7 +129,7 @@ class BlockSolver : public SubproblemSolver<G> {
       if (factorized) {
         const double promised = FindStep(*damping);
         if (std::isinf(result.promised)) result.promised = promised;
-        const double length = std::min(1., kFarTurn / system_.LargestTurn(step_));
+        const double length = std::min(1., kReach / system_.LargestTurn(step_));
         summary->damped |= length < 1;
         const double expected = promised * (2 * length - length * length);
         if (Try(length, cost, expected, &result)) {
@@ -152,8 +151,7 @@ class BlockSolver : public SubproblemSolver<G> {
   // Of an edge at the half turn, where its error jumps.
   bool StandsAtHalfTurn(const Factor<G>& factor) const {
     if (factor.custom != nullptr) return false;
-    const G& X_j = problem_->poses[factor.j];
-    const G T = factor.i == kWorldFrame ? X_j : problem_->poses[factor.i].Between(X_j);
+    const G T = RelativePose(factor, problem_->poses);
     return IsHalfTurn(
         factor.term->measurement.Between(factor.offset == nullptr ? T : G(T * *factor.offset)));
   }

@@ -55,7 +55,7 @@ double BlockSystem<G>::Linearize() {
   typename G::Matrix cross;  // row j, column i
   for (std::size_t f = 0; f < problem_->factors.size(); ++f) {
     const Factor<G>& factor = problem_->factors[f];
-    const G Y = Relative(factor, problem_->poses);
+    const G Y = RelativePose(factor, problem_->poses);
     if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
     cost += at_j.cost;
     if (IsFree(factor.j)) {
@@ -99,15 +99,6 @@ double BlockSystem<G>::LargestTurn(const std::vector<double>& step) const {
     largest_sq = std::max(largest_sq, (turn(factor.j) - turn(factor.i)).squaredNorm());
   }
   return std::sqrt(largest_sq);
-}
-
-template <typename G>
-double BlockSystem<G>::Cost(const std::vector<G>& poses) const {
-  double cost = 0;
-  for (const Factor<G>& factor : problem_->factors) {
-    cost += FactorCost(factor, factor.i == kWorldFrame, Relative(factor, poses));
-  }
-  return cost;
 }
 
 template class BlockSystem<SE2>;

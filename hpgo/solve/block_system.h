@@ -30,16 +30,13 @@ class BlockSystem {
   // How far, in rad, a step turns the ends of a factor against each other, at most.
   double LargestTurn(const std::vector<double>& step) const;
   // The cost at other poses.
-  double Cost(const std::vector<G>& poses) const;
+  double Cost(const std::vector<G>& poses) const { return CostAt(*problem_, poses); }
 
   std::vector<double>& gradient() { return gradient_; }
   Block Diagonal(int node) { return Block(cholesky_.Diagonal(node)); }
 
  private:
   bool IsFree(int index) const { return index != kWorldFrame && index < problem_->num_free; }
-  G Relative(const Factor<G>& factor, const std::vector<G>& poses) const {
-    return factor.i == kWorldFrame ? poses[factor.j] : poses[factor.i].Between(poses[factor.j]);
-  }
   void FindPairs();
 
   const Subproblem<G>* problem_ = nullptr;

@@ -31,6 +31,23 @@ struct Subproblem {
   std::vector<Factor<G>> factors;
 };
 
+// T_i_j of a factor's poses; T_world_j where i is the world.
+template <typename G>
+G RelativePose(const Factor<G>& factor, const std::vector<G>& poses) {
+  const G& X_j = poses[factor.j];
+  return factor.i == kWorldFrame ? X_j : poses[factor.i].Between(X_j);
+}
+
+// The objective at other poses of the same problem.
+template <typename G>
+double CostAt(const Subproblem<G>& problem, const std::vector<G>& poses) {
+  double cost = 0;
+  for (const Factor<G>& factor : problem.factors) {
+    cost += FactorCost(factor, factor.i == kWorldFrame, RelativePose(factor, poses));
+  }
+  return cost;
+}
+
 struct SubproblemOptions {
   int max_iterations = 1;
   // Seconds of wall time; checked between iterations.

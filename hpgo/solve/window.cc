@@ -132,16 +132,6 @@ bool Window<G>::RefreshChains() {
   return any;
 }
 
-template <typename G>
-double Window<G>::Cost() const {
-  double cost = 0;
-  for (std::size_t k = 0; k < edges_.size(); ++k) {
-    const Factor<G>& factor = subproblem_.factors[k];
-    cost += FactorCost(factor, factor.i == kWorldFrame, RelativePose(k));
-  }
-  return cost;
-}
-
 // Nothing holds the window: its first node becomes constant, the last of the list.
 template <typename G>
 void Window<G>::HoldGauge() {
@@ -187,15 +177,8 @@ bool Window<G>::IsInterior(std::size_t k) const {
 }
 
 template <typename G>
-G Window<G>::Relative(std::size_t k, const std::vector<G>& poses) const {
-  const Factor<G>& factor = subproblem_.factors[k];
-  return factor.i == kWorldFrame ? poses[factor.j] : poses[factor.i].Between(poses[factor.j]);
-}
-
-template <typename G>
 void Window<G>::Restart() {
   before_ = subproblem_.poses;
-  RefreshChains();
 }
 
 template <typename G>

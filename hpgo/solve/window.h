@@ -44,8 +44,9 @@ class Window {
   // there were any: the cost is another one then.
   bool RefreshChains();
   // At the subproblem's poses.
-  double Cost() const;
-  // For another solve of what is there: what has been committed is where it begins.
+  double Cost() const { return CostAt(subproblem_, subproblem_.poses); }
+  // For another solve of what is there: what has been committed, its chains refreshed, is where it
+  // begins.
   void Restart();
   // Makes the motions of the free poses since Build `factor` times as long.
   void Scale(double factor);
@@ -58,7 +59,9 @@ class Window {
   void AddFactors();
   void HoldGauge();
   const G& FrameOf(int l, Index node);
-  G Relative(std::size_t k, const std::vector<G>& poses) const;
+  G Relative(std::size_t k, const std::vector<G>& poses) const {
+    return hpgo::RelativePose(subproblem_.factors[k], poses);
+  }
 
   Hierarchy<G>* hierarchy_ = nullptr;
   int level_ = 0;

@@ -15,6 +15,11 @@ struct Changes {
   std::vector<Index> edges;      // those that are there
   std::vector<Index> disturbed;  // nodes that lost an edge, or what held them
   Index newest = kNone;          // node
+  static Changes None(Index newest) {
+    Changes none;
+    none.newest = newest;
+    return none;
+  }
   bool empty() const { return num_nodes == 0 && num_edges == 0 && disturbed.empty(); }
 };
 

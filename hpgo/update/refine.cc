@@ -30,7 +30,6 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
   if (!changes.empty() || gauge->is_due()) depth_ = 1;
-  const double most_work = kMostPasses * graph_.hierarchy().level(0).num_nodes;
   double work = 0;  // nodes solved at this depth
   double last_mean = kInfinity;
   Changes left = changes;
@@ -38,17 +37,17 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   do {
     const UpdateReport report =
         Run(left, Mode::kPartial, Budget(budget.Rest(), true), depth_, gauge).report;
-    left = Changes();
-    left.newest = changes.newest;
+    left = Changes::None(changes.newest);
     Accumulate(report, &sum);
     if (!report.status.ok()) break;
     work += report.solved_nodes;
     sum.at_rest = report.at_rest;
-    if (!sum.at_rest && work > most_work && !budget.IsStopped()) {
+    const double pass = graph_.hierarchy().level(0).num_nodes;
+    if (!sum.at_rest && work > kMostPasses * pass && !budget.IsStopped()) {
       // Windows that undo each other's work, or that are small beside what they belong to.
       const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
       Accumulate(full.report, &sum);
-      sum.at_rest = full.report.status.ok();
+      sum.at_rest = full.report.status.ok() && (full.converged || !budget.IsStopped());
       break;
     }
     if (!sum.at_rest) continue;

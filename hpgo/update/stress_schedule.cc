@@ -27,11 +27,16 @@ class StressSchedule {
 
  private:
   double Pending(int l) const { return LargestPending(l, hierarchy_); }
+  // Of the window that is built.
+  double Worth() const {
+    const Window<G>& window = tools_.step.window();
+    return tools_.sizes.Worth(window.num_free(), window.edges().size());
+  }
   bool IsStopped(int l) const;
   FoundWork Search(int l);
   std::vector<Index> SeedsFor(int l, const FoundWork& work);
   int Serve(int l, int max_solves);
-  int SolveToRest(int max_solves, double* total_seconds);
+  int SolveToRest(double worth, int max_solves, double* total_seconds);
 
   const UpdateTools<G>& tools_;
   const UpdatePlan& plan_;
@@ -80,10 +85,9 @@ std::vector<Index> StressSchedule<G>::SeedsFor(int l, const FoundWork& work) {
 // Solves the window on level 0 again as long as its last step was far from linear: until it gains
 // nothing that counts. Returns the number of solves.
 template <typename G>
-int StressSchedule<G>::SolveToRest(int max_solves, double* total_seconds) {
+int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_seconds) {
   const Stopwatch watch(total_seconds);
   Window<G>& window = tools_.step.window();
-  const double worth = tools_.sizes.Worth(window.num_free(), window.edges().size());
   int solves = 0;
   double before = watch.Elapsed();
   while (true) {
@@ -112,14 +116,15 @@ int StressSchedule<G>::Serve(int l, int max_solves) {
   // Larger only where many components keep the top from shrinking.
   if (l == hierarchy_.num_levels() - 1 && !hierarchy_.IsTooLarge(l, 2)) {
     ++report_->top_solves;
-    return window.BuildWhole(l, &hierarchy_) ? SolveToRest(max_solves, &report_->top_seconds) : 1;
+    if (!window.BuildWhole(l, &hierarchy_)) return 1;
+    return SolveToRest(Worth(), max_solves, &report_->top_seconds);
   }
   ++report_->windows;
   if (!window.Build(l, SeedsFor(l, work), tools_.sizes.Next(l, plan_.budget), &hierarchy_)) {
     return 1;
   }
-  const int solves = SolveToRest(max_solves, &report_->window_seconds);
-  const double worth = tools_.sizes.Worth(window.num_free(), window.edges().size());
+  const double worth = Worth();
+  const int solves = SolveToRest(worth, max_solves, &report_->window_seconds);
   return std::max(1, static_cast<int>(std::lround(solves * worth)));
 }
 

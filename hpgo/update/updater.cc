@@ -124,8 +124,7 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   // Far-off parts are brought near first, where a solve of everything converges best.
   sum = Update(changes, Mode::kPartial, limits, gauge);
   if (sum.status.ok() && !budget.IsStopped()) {
-    Changes none;
-    none.newest = changes.newest;
+    const Changes none = Changes::None(changes.newest);
     const Level<G>& level = graph_.hierarchy().level(0);
     const double worth = sizes_.Worth(level.num_nodes, level.num_edges);
     if (kIterationsToFit * sizes_.SecondsOf(worth, 0) < budget.SecondsLeft()) {

@@ -50,13 +50,17 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   if (window_.RefreshChains() && !ShortenToGain(&summary)) return result;
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
-  RecordChanges(summary, thresholds);
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
   const double missed = std::abs(summary.predicted_decrease - result.decrease);
-  result.is_nonlinear = result.decrease > thresholds.tau &&
-                        (summary.damped || missed > kTausMissedForAnother * thresholds.tau);
+  const bool gains = result.decrease > thresholds.tau;
+  const bool misses = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
+  result.is_nonlinear = gains && misses;
+  double left_behind = misses ? std::sqrt(missed / window_.edges().size()) : 0;
+  // A damped step leaves stress behind; worth another look as long as it got somewhere.
+  if (summary.damped && gains) left_behind = std::max<double>(left_behind, 2 * thresholds.pending);
+  RecordChanges(left_behind, thresholds);
   return result;
 }
 
@@ -143,18 +147,10 @@ Status WindowStep<G>::WhyUnusable(const Status& status) const {
   return status;
 }
 
+// `left_behind`: the pending of an edge between free nodes after the step.
 template <typename G>
-void WindowStep<G>::RecordChanges(const SubproblemSummary& summary,
-                                  const StressThresholds& thresholds) {
+void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& thresholds) {
   const int l = window_.level();
-  const double decrease = summary.initial_cost - summary.final_cost;
-  const double missed = std::abs(summary.predicted_decrease - decrease);
-  const bool nonlinear = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
-  double unexplained = nonlinear ? std::sqrt(missed / window_.edges().size()) : 0;
-  // A damped step leaves stress behind; worth another look as long as it got somewhere.
-  if (summary.damped && decrease > thresholds.tau) {
-    unexplained = std::max<double>(unexplained, 2 * thresholds.pending);
-  }
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
     const LevelEdge& edge = hierarchy_->level(l).edges[e];
@@ -163,7 +159,7 @@ void WindowStep<G>::RecordChanges(const SubproblemSummary& summary,
     TellParent(l, e, change, thresholds, hierarchy_);
     if (window_.IsInterior(k)) {
       HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
-      hierarchy_->SetPending(l, e, static_cast<float>(unexplained), thresholds.pending);
+      hierarchy_->SetPending(l, e, static_cast<float>(left_behind), thresholds.pending);
     } else {
       AddPending(l, e, change, thresholds, hierarchy_);
     }

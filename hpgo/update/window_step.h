@@ -50,7 +50,7 @@ class WindowStep {
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
-  void RecordChanges(const SubproblemSummary& summary, const StressThresholds& thresholds);
+  void RecordChanges(double left_behind, const StressThresholds& thresholds);
 
   Hierarchy<G>* hierarchy_;
   LevelEdgeNamer name_;

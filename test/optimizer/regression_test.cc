@@ -193,6 +193,20 @@ TYPED_TEST(RegressionTest, AWholeGraphMayBeAddedAtOnce) {
 }
 
 // Under a time limit the windows are as large as it allows.
+// Its work is counted in passes over the graph that it has taken in, not over what was there
+// before.
+TYPED_TEST(RegressionTest, AWholeGraphIsRefinedByWindows) {
+  OptimizerOptions options;
+  options.max_top_nodes = 20;
+  options.window_nodes = 20;
+  Optimizer<TypeParam> optimizer(options);
+  ASSERT_TRUE(optimizer.AddGraph(World<TypeParam>(hpgo::World::kManhattan, 300)).ok());
+  const UpdateReport report = optimizer.Refine();
+  EXPECT_TRUE(report.at_rest);
+  EXPECT_GT(report.examined_edges, static_cast<int>(optimizer.num_edges()));
+  EXPECT_LT(BoundedGap(optimizer), 1e-4);
+}
+
 TYPED_TEST(RegressionTest, UpdatesThatAreGivenTimeUseIt) {
   const PoseGraph<TypeParam> graph = World<TypeParam>(hpgo::World::kManhattan, 1000);
   Optimizer<TypeParam> optimizer;
