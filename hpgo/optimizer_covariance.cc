@@ -1,7 +1,5 @@
 // Optimizer: exact covariances.
 
-#include <algorithm>
-
 #include "hpgo/optimizer_impl.h"
 #include "hpgo/solve/marginal.h"
 

@@ -67,12 +67,12 @@ class Optimizer<G>::Impl {
   Result<EdgeError> GetEdgeError(EdgeId edge) const;
   double Cost() const { return CostOf(&graph_); }
   Result<std::shared_ptr<CeresLevel<G>>> LevelProblem(int level);
+  PoseGraph<G> ToGraph() const;
+  std::size_t MemoryBytes() const;
 
   // optimizer_covariance.cc
   Result<Matrix> MarginalCovariance(NodeId id) const;
   Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
-  PoseGraph<G> ToGraph() const;
-  std::size_t MemoryBytes() const;
 
   const OptimizerOptions& options() const { return options_; }
   const Hierarchy<G>& hierarchy() const { return hierarchy_; }

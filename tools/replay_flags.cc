@@ -143,9 +143,7 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
     *problem = FlagText("error") + "must be g2o or log";
   }
   if (FLAGS_window_nodes != 0) options.window_nodes = FLAGS_window_nodes;
-  if (FLAGS_max_top_nodes != 0) {
-    options.max_top_nodes = FLAGS_max_top_nodes;
-  }
+  if (FLAGS_max_top_nodes != 0) options.max_top_nodes = FLAGS_max_top_nodes;
   if (FLAGS_max_top_edges != 0) options.max_top_edges = FLAGS_max_top_edges;
   if (FLAGS_max_windows != 0) options.max_windows = FLAGS_max_windows;
   if (FLAGS_stress_threshold >= 0) options.stress_threshold = FLAGS_stress_threshold;

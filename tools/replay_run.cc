@@ -112,12 +112,7 @@ class Replay {
                         Plural(edges, "edge") + ", are in it");
     }
     result_.steps = static_cast<std::int64_t>(first_step_);
-    const double done = 100.0 * static_cast<double>(first_step_);
-    while (next_comparison_ < settings_.compare_at.size() &&
-           settings_.compare_at[next_comparison_] * static_cast<double>(steps_.size()) <= done &&
-           first_step_ > 0) {
-      ++next_comparison_;
-    }
+    while (IsComparisonDue(first_step_)) ++next_comparison_;
     return Status::Ok();
   }
 
@@ -257,12 +252,16 @@ class Replay {
     done.back().percent = 100.0 * static_cast<double>(comparison->nodes) / steps_.size();
   }
 
+  bool IsComparisonDue(std::size_t nodes) const {
+    if (next_comparison_ == settings_.compare_at.size()) return false;
+    const double share = settings_.compare_at[next_comparison_] / 100;
+    return static_cast<double>(nodes) >= share * static_cast<double>(steps_.size());
+  }
+
   // At the first update with so many percent of the nodes.
   void CompareIfDue(std::size_t nodes) {
-    while (next_comparison_ < settings_.compare_at.size() && !CancelFlag()) {
-      const double percent = settings_.compare_at[next_comparison_];
-      if (static_cast<double>(nodes) < percent / 100 * static_cast<double>(steps_.size())) return;
-      ++next_comparison_;
+    while (IsComparisonDue(nodes) && !CancelFlag()) {
+      const double percent = settings_.compare_at[next_comparison_++];
       const std::optional<FullComparison> comparison = Compare(percent);
       if (comparison.has_value()) result_.comparisons.push_back(*comparison);
     }

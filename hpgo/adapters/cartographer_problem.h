@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -114,18 +113,18 @@ class CartographerProblem {
       sync_.Clear();
       return;
     }
+    // Told back as they read them: Node compares with what the types hold.
+    const auto tell = [this](std::int64_t key, const G& pose, auto* spec) {
+      Types::SetGlobal(Types::MakeRigid(pose), spec);
+      sync_.Told(key, Types::Pose(Types::Global(*spec)));
+    };
     for (const auto& [key, pose] : sync_.optimizer().TakeCorrections().moved) {
       const int trajectory = static_cast<int>(key >> (kIndexBits + 1));
       const int index = static_cast<int>(key & ((std::int64_t{1} << kIndexBits) - 1));
-      // Told back as they read them: Node compares with what the types hold.
       if (key >> kIndexBits & 1) {
-        auto& spec = submaps_.at(SubmapId{trajectory, index});
-        Types::SetGlobal(Types::MakeRigid(pose), &spec);
-        sync_.Told(key, Types::Pose(Types::Global(spec)));
+        tell(key, pose, &submaps_.at(SubmapId{trajectory, index}));
       } else {
-        auto& spec = nodes_.at(NodeId{trajectory, index});
-        Types::SetGlobal(Types::MakeRigid(pose), &spec);
-        sync_.Told(key, Types::Pose(Types::Global(spec)));
+        tell(key, pose, &nodes_.at(NodeId{trajectory, index}));
       }
     }
   }

@@ -61,7 +61,6 @@ class GraphSync {
   }
   // The client holds this pose of the node from now on.
   void Told(NodeId id, const G& pose) { nodes_.at(id).given = pose; }
-  bool HasNode(NodeId id) const { return nodes_.count(id) > 0; }
   // Null if the node is not there.
   const G* Given(NodeId id) const {
     const auto it = nodes_.find(id);

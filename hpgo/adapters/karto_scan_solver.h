@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <mutex>
 #include <string>
 #include <unordered_map>
@@ -59,7 +58,7 @@ class KartoScanSolver : public Base {
     const NodeId id = scan->GetUniqueId();
     const SE2 at(pose.GetX(), pose.GetY(), pose.GetHeading());
     const std::lock_guard<std::mutex> lock(mutex_);
-    last_status_ = optimizer_->AddNode(id, at);
+    last_status_ = optimizer_.AddNode(id, at);
     if (last_status_.ok()) Show(id, at);
   }
 
@@ -80,25 +79,24 @@ class KartoScanSolver : public Base {
     const std::lock_guard<std::mutex> lock(mutex_);
     // The matcher's covariance is along the axes of the first scan.
     last_status_ = optimizer_
-                       ->AddEdge(i, j, SE2(pose.GetX(), pose.GetY(), pose.GetHeading()),
-                                 information, loss_, InfoFrame::kFirstNode)
+                       .AddEdge(i, j, SE2(pose.GetX(), pose.GetY(), pose.GetHeading()), information,
+                                loss_, InfoFrame::kFirstNode)
                        .status();
   }
 
   void RemoveNode(std::int32_t id) override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    last_status_ = optimizer_->RemoveNode(id).status();
+    last_status_ = optimizer_.RemoveNode(id).status();
     if (!last_status_.ok()) return;
     pending_.erase(id);
     corrections_.clear();
-    const std::lock_guard<std::mutex> shown(shown_mutex_);
     shown_writer_.Erase(id);
-    shown_ = shown_writer_.Publish();
+    PublishShown();
   }
 
   void RemoveConstraint(std::int32_t source, std::int32_t target) override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const auto gone = optimizer_->RemoveEdges(source, target);
+    const auto gone = optimizer_.RemoveEdges(source, target);
     last_status_ = gone.status();
     if (gone.ok() && gone->empty()) {
       last_status_ =
@@ -110,18 +108,15 @@ class KartoScanSolver : public Base {
   void Compute() override {
     const std::lock_guard<std::mutex> lock(mutex_);
     corrections_.clear();
-    const UpdateReport report = optimizer_->Converge();
+    const UpdateReport report = optimizer_.Converge();
     last_status_ = report.status;
     // What has moved stays to be returned until it is taken.
-    const auto taken = optimizer_->TakeCorrections(distance_, angle_);
-    {
-      const std::lock_guard<std::mutex> shown(shown_mutex_);
-      for (const auto& [id, pose] : taken.moved) {
-        pending_[static_cast<std::int32_t>(id)] = pose;
-        shown_writer_.Set(id, pose);
-      }
-      shown_ = shown_writer_.Publish();
+    const auto taken = optimizer_.TakeCorrections(distance_, angle_);
+    for (const auto& [id, pose] : taken.moved) {
+      pending_[static_cast<std::int32_t>(id)] = pose;
+      shown_writer_.Set(id, pose);
     }
+    PublishShown();
     if (!report.status.ok()) return;
     for (const auto& [id, pose] : pending_) {
       Pose2 corrected;
@@ -163,11 +158,11 @@ class KartoScanSolver : public Base {
   // Moves a node by hand: to x and y, and its heading further by the third entry.
   void ModifyNode(const int& id, Eigen::Vector3d pose) override {
     const std::lock_guard<std::mutex> lock(mutex_);
-    const Result<SE2> old = optimizer_->GetPose(id);
+    const Result<SE2> old = optimizer_.GetPose(id);
     last_status_ = old.status();
     if (!old.ok()) return;
     const SE2 moved = SE2(pose(0), pose(1), old->angle() + pose(2)).Normalized();
-    last_status_ = optimizer_->SetPose(id, moved);
+    last_status_ = optimizer_.SetPose(id, moved);
     if (last_status_.ok()) Show(id, moved);
   }
 
@@ -187,25 +182,28 @@ class KartoScanSolver : public Base {
   template <typename Use>
   void WithOptimizer(Use&& use) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    use(*optimizer_);
+    use(optimizer_);
   }
 
  private:
   void Empty() {
-    optimizer_ = std::make_unique<Optimizer2d>(options_);
-    optimizer_->TakeCorrections();  // from here on everything counts
+    optimizer_ = Optimizer2d(options_);
+    optimizer_.TakeCorrections();  // from here on everything counts
     corrections_.clear();
     pending_.clear();
     last_status_ = Status::Ok();
-    const std::lock_guard<std::mutex> shown(shown_mutex_);
     shown_writer_.Clear();
-    shown_ = shown_writer_.Publish();
+    PublishShown();
   }
   void Show(NodeId id, const SE2& pose) {
     pending_.erase(static_cast<std::int32_t>(id));
-    const std::lock_guard<std::mutex> shown(shown_mutex_);
     shown_writer_.Set(id, pose);
-    shown_ = shown_writer_.Publish();
+    PublishShown();
+  }
+  void PublishShown() {
+    PoseMap<SE2> poses = shown_writer_.Publish();
+    const std::lock_guard<std::mutex> lock(shown_mutex_);
+    std::swap(shown_, poses);  // the former version is freed behind the lock
   }
   PoseMap<SE2> Shown() const {
     const std::lock_guard<std::mutex> lock(shown_mutex_);
@@ -216,13 +214,14 @@ class KartoScanSolver : public Base {
   OptimizerOptions options_;
   Optimizer2d::Loss loss_;
   double distance_ = 1e-6, angle_ = 1e-6;
-  std::unique_ptr<Optimizer2d> optimizer_;
+  Optimizer2d optimizer_;
   Status last_status_;
   std::unordered_map<std::int32_t, SE2> pending_;  // moved, and not taken by the mapper yet
   Corrections corrections_;
 
-  mutable std::mutex shown_mutex_;  // of the poses shown; held for moments only
   PoseMapWriter<SE2> shown_writer_;
+
+  mutable std::mutex shown_mutex_;  // of the poses shown; held for moments only
   PoseMap<SE2> shown_;
 };
 

@@ -127,12 +127,13 @@ class RtabmapOptimizer {
     }
     std::map<std::tuple<int, int, int>, int> count;
     for (const auto& [from, link] : links) {
-      const std::string name = "link " + std::to_string(from) + " -> " + std::to_string(link.to());
-      if (link.type() == Link::kGravity) {
-        return Status(StatusCode::kInvalidArgument, name + ": gravity is not taken");
-      }
+      const auto refuse = [from = from, to = link.to()](const char* why) {
+        return Status(StatusCode::kInvalidArgument,
+                      "link " + std::to_string(from) + " -> " + std::to_string(to) + ": " + why);
+      };
+      if (link.type() == Link::kGravity) return refuse("gravity is not taken");
       if (link.from() == link.to() && link.type() != Link::kPosePrior) {
-        return Status(StatusCode::kInvalidArgument, name + ": a self link that is no prior");
+        return refuse("a self link that is no prior");
       }
       typename GraphSync<G, Key>::Edge edge;
       edge.i = link.from();

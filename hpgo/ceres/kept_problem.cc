@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <utility>
 
 #include "Eigen/Cholesky"
 #include "ceres/loss_function.h"
 #include "ceres_costs/factor_term.h"
+#include "hpgo/ceres/problem_view.h"
 
 namespace hpgo {
 namespace {
@@ -23,16 +23,6 @@ void Mix(double value, std::uint64_t* hash) {
   std::memcpy(&bits, &value, sizeof(bits));
   *hash = (*hash ^ bits) * 0x9e3779b97f4a7c15u;
   *hash ^= *hash >> 29;
-}
-
-bool IsBounded(const ceres::Problem& problem, const double* block) {
-  for (int k = 0; k < problem.ParameterBlockSize(block); ++k) {
-    if (problem.GetParameterLowerBound(block, k) > -std::numeric_limits<double>::max() ||
-        problem.GetParameterUpperBound(block, k) < std::numeric_limits<double>::max()) {
-      return true;
-    }
-  }
-  return false;
 }
 
 // Where the cost is least, from a start, and its information there.
@@ -92,9 +82,7 @@ std::uint64_t Fingerprint(const ceres::CostFunction& cost, const ceres::LossFunc
 template <typename G>
 KeptProblemOf<G>::KeptProblemOf(ceres::Problem* problem, const OptimizerOptions& options,
                                 const PoseLayout& layout)
-    : problem_(*problem), codec_(layout), optimizer_(options) {
-  for (const int size : layout.sizes) numbers_ += size;
-}
+    : problem_(*problem), codec_(layout), optimizer_(options) {}
 
 template <typename G>
 int KeptProblemOf<G>::OffsetOf(int k) const {
@@ -225,10 +213,10 @@ Status KeptProblemOf<G>::AddNode(const std::vector<double*>& blocks, NodeId* id)
   node.blocks = blocks;
   std::size_t held = 0;
   for (const double* block : blocks) {
-    if (IsBounded(problem_, block)) return Refuse("bounds on a pose");
+    const int size = problem_.ParameterBlockSize(block);
+    if (IsBounded(problem_, block, size)) return Refuse("bounds on a pose");
     held += problem_.IsParameterBlockConstant(block);
     node.manifolds.push_back(problem_.GetManifold(block));
-    const int size = problem_.ParameterBlockSize(block);
     node.numbers.insert(node.numbers.end(), block, block + size);
     const ceres::Manifold* manifold = node.manifolds.back();
     node.true_jacobians.push_back(manifold == nullptr || HasTrueJacobian(*manifold, block));

@@ -92,7 +92,6 @@ class KeptProblemOf final : public KeptProblem {
   ceres::Problem& problem_;
   PoseCodec<G> codec_;
   Optimizer<G> optimizer_;
-  int numbers_ = 0;  // of a pose
   NodeId next_node_ = 0;
   std::unordered_map<NodeId, Node> nodes_;
   std::unordered_map<const double*, Place> places_;

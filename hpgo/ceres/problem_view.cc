@@ -7,7 +7,6 @@
 #include "ceres/manifold.h"
 
 namespace hpgo {
-namespace {
 
 bool IsBounded(const ceres::Problem& problem, const double* values, int size) {
   constexpr double kNone = std::numeric_limits<double>::max();
@@ -19,8 +18,6 @@ bool IsBounded(const ceres::Problem& problem, const double* values, int size) {
   }
   return false;
 }
-
-}  // namespace
 
 ProblemView::ProblemView(const ceres::Problem& problem) {
   std::vector<double*> parameters;

@@ -26,6 +26,8 @@ struct ResidualView {
   int first = 0, count = 0;  // of its blocks, in ProblemView::indices
 };
 
+[[nodiscard]] bool IsBounded(const ceres::Problem& problem, const double* values, int size);
+
 // A copy of the structure; the problem is not changed. Borrows costs, losses and manifolds. Blocks
 // and residuals in the order of the problem.
 class ProblemView {

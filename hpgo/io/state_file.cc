@@ -8,31 +8,24 @@
 #include "hpgo/io/input_text.h"
 #include "hpgo/io/output_file.h"
 #include "hpgo/state/state_reader.h"
+#include "hpgo/state/state_traits.h"
 #include "hpgo/state/state_writer.h"
 
 namespace hpgo {
 namespace {
 
 constexpr std::string_view kMagic = "hpgostat";
-constexpr std::size_t kNumberBytes = 4, kSectionBytes = 8;
+constexpr std::size_t kNumberBytes = sizeof(std::uint32_t), kSectionBytes = 8;
 constexpr std::size_t kHeaderBytes = kMagic.size() + 3 * kNumberBytes;
 constexpr std::string_view kEnd = "end";
 
 std::string Number(std::uint32_t value) {
-  std::string bytes;
-  for (std::size_t k = 0; k < kNumberBytes; ++k) {
-    bytes += static_cast<char>(value >> (8 * k) & 0xff);
-  }
+  std::string bytes(kNumberBytes, '\0');
+  StoreNumber(value, bytes.data());
   return bytes;
 }
 
-std::uint32_t NumberAt(std::string_view bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t k = 0; k < kNumberBytes; ++k) {
-    value |= std::uint32_t{static_cast<unsigned char>(bytes[k])} << (8 * k);
-  }
-  return value;
-}
+std::uint32_t NumberAt(std::string_view bytes) { return LoadNumber<std::uint32_t>(bytes.data()); }
 
 // Goes on from the one of what comes before.
 std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
@@ -106,10 +99,9 @@ class BlockReader {
     const std::size_t size = NumberAt(rest.substr(kSectionBytes));
     if (size > rest.size() - kHeadBytes - kNumberBytes) {
       // Either the file is too short or the number is wrong.
-      return Status(StatusCode::kMalformed, "cut off or damaged: there are " +
-                                                std::to_string(text_.size()) +
-                                                " bytes, and the block at byte " +
-                                                std::to_string(at_) + " would end behind them");
+      return Malformed("cut off or damaged: there are " + std::to_string(text_.size()) +
+                       " bytes, and the block at byte " + std::to_string(at_) +
+                       " would end behind them");
     }
     checksum_ = Checksum(checksum_, rest.substr(0, kHeadBytes + size));
     if (NumberAt(rest.substr(kHeadBytes + size)) != checksum_) {
@@ -117,12 +109,12 @@ class BlockReader {
     }
     at_ += kHeadBytes + size + kNumberBytes;
     if (section != kEnd) return StateReader::Block{section, rest.substr(kHeadBytes, size)};
-    if (at_ < text_.size()) return Malformed("goes on behind its end, at byte " + Text(at_));
+    if (at_ < text_.size())
+      return Malformed("goes on behind its end, at byte " + std::to_string(at_));
     return StateReader::Block();
   }
 
  private:
-  static std::string Text(std::size_t number) { return std::to_string(number); }
   static std::string Printable(std::string_view section) {
     std::string text(section);
     for (char& c : text) {
@@ -131,9 +123,11 @@ class BlockReader {
     return text;
   }
   static Status Malformed(const std::string& what) { return Status(StatusCode::kMalformed, what); }
-  Status CutOff() const { return Malformed("is cut off after " + Text(text_.size()) + " bytes"); }
+  Status CutOff() const {
+    return Malformed("is cut off after " + std::to_string(text_.size()) + " bytes");
+  }
   static Status Damaged(std::size_t at, const std::string& what) {
-    return Malformed("is damaged: the checksum of " + what + ", at byte " + Text(at) +
+    return Malformed("is damaged: the checksum of " + what + ", at byte " + std::to_string(at) +
                      ", is another");
   }
 

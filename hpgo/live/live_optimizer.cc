@@ -38,9 +38,13 @@ LiveOptimizer<G>::~LiveOptimizer() {
 }
 
 template <typename G>
-Status LiveOptimizer<G>::CheckNode(NodeId id) const {
-  if (known_.Find(id) != nullptr) return Status::Ok();
-  return Status(StatusCode::kNotFound, "no node " + std::to_string(id));
+Status LiveOptimizer<G>::CheckNodes(std::initializer_list<NodeId> ids) const {
+  for (const NodeId id : ids) {
+    if (Find(id) == nullptr) {
+      return Status(StatusCode::kNotFound, "no node " + std::to_string(id));
+    }
+  }
+  return Status::Ok();
 }
 
 // The mutex is held.
@@ -66,7 +70,7 @@ Status LiveOptimizer<G>::AddNode(NodeId id, const G& pose) {
   const Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (known_.Find(id) != nullptr) {
+  if (Find(id) != nullptr) {
     return Status(StatusCode::kAlreadyExists, "node " + std::to_string(id) + " exists");
   }
   PushPosed(id, pose,
@@ -79,7 +83,7 @@ Status LiveOptimizer<G>::SetPose(NodeId id, const G& pose) {
   Status status = CheckPose(pose, "node " + std::to_string(id) + ": the pose");
   if (!status.ok()) return status;
   const std::lock_guard<std::mutex> lock(mutex_);
-  status = CheckNode(id);
+  status = CheckNodes({id});
   if (!status.ok()) return status;
   PushPosed(id, pose,
             [id](Optimizer<G>* optimizer, const G& at) { return optimizer->SetPose(id, at); });
@@ -92,10 +96,8 @@ Status LiveOptimizer<G>::AddEdge(NodeId i, NodeId j, const G& measurement,
   Status status = CheckMeasurement(measurement, information, EdgeName(i, j));
   if (!status.ok()) return status;
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (const NodeId id : {i, j}) {
-    status = CheckNode(id);
-    if (!status.ok()) return status;
-  }
+  status = CheckNodes({i, j});
+  if (!status.ok()) return status;
   Push([=](Optimizer<G>* optimizer, const G&) {
     return optimizer->AddEdge(i, j, measurement, information, loss, frame).status();
   });
@@ -108,7 +110,7 @@ Status LiveOptimizer<G>::AddPrior(NodeId id, const G& measurement, const Matrix&
   Status status = CheckMeasurement(measurement, information, PriorName(id));
   if (!status.ok()) return status;
   const std::lock_guard<std::mutex> lock(mutex_);
-  status = CheckNode(id);
+  status = CheckNodes({id});
   if (!status.ok()) return status;
   Push([=](Optimizer<G>* optimizer, const G&) {
     return optimizer->AddPrior(id, measurement, information, G(), loss).status();
@@ -119,10 +121,8 @@ Status LiveOptimizer<G>::AddPrior(NodeId id, const G& measurement, const Matrix&
 template <typename G>
 Status LiveOptimizer<G>::RemoveEdges(NodeId i, NodeId j) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  for (const NodeId id : {i, j}) {
-    const Status status = CheckNode(id);
-    if (!status.ok()) return status;
-  }
+  const Status status = CheckNodes({i, j});
+  if (!status.ok()) return status;
   Push([=](Optimizer<G>* optimizer, const G&) { return optimizer->RemoveEdges(i, j).status(); });
   return Status::Ok();
 }
@@ -130,7 +130,7 @@ Status LiveOptimizer<G>::RemoveEdges(NodeId i, NodeId j) {
 template <typename G>
 Status LiveOptimizer<G>::RemoveNode(NodeId id) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const Status status = CheckNode(id);
+  const Status status = CheckNodes({id});
   if (!status.ok()) return status;
   Push([id](Optimizer<G>* optimizer, const G&) { return optimizer->RemoveNode(id).status(); });
   posed_.erase(id);
@@ -142,7 +142,7 @@ Status LiveOptimizer<G>::RemoveNode(NodeId id) {
 template <typename G>
 Status LiveOptimizer<G>::SetFixed(NodeId id, bool fixed) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  const Status status = CheckNode(id);
+  const Status status = CheckNodes({id});
   if (!status.ok()) return status;
   Push([=](Optimizer<G>* optimizer, const G&) { return optimizer->SetFixed(id, fixed); });
   return Status::Ok();
@@ -201,7 +201,7 @@ void LiveOptimizer<G>::Report(const Status& status) const {
 template <typename G>
 void LiveOptimizer<G>::Publish() {
   ++next_.version;
-  next_.poses = known_ = poses_.Publish();
+  next_.poses = poses_.Publish();
   next_.waiting = posed_.size();
   former_.push_back(std::atomic_load(&latest_));
   std::atomic_store(&latest_,
@@ -209,11 +209,6 @@ void LiveOptimizer<G>::Publish() {
   // Nobody can get hold of a former one any more: once it is ours alone it stays so.
   const auto is_dropped = [](const auto& former) { return former.use_count() == 1; };
   former_.erase(std::remove_if(former_.begin(), former_.end(), is_dropped), former_.end());
-}
-
-template <typename G>
-void LiveOptimizer<G>::TakeIn(std::vector<Change>* changes) {
-  for (const Change& change : *changes) Report(change.run(&optimizer_, change.pose));
 }
 
 template <typename G>
@@ -253,7 +248,7 @@ void LiveOptimizer<G>::Work() {
     busy_ = true;
     lock.unlock();
 
-    TakeIn(&changes);
+    for (const Change& change : changes) Report(change.run(&optimizer_, change.pose));
     const UpdateReport report = Solve(!changes.empty(), requests);
     Report(report.status);
     const typename Optimizer<G>::Corrections corrections = optimizer_.TakeCorrections();
@@ -265,7 +260,7 @@ void LiveOptimizer<G>::Work() {
     at_rest_ = report.at_rest || !report.status.ok();
     for (const auto& [id, pose] : corrections.moved) {
       // Removed meanwhile, or posed anew.
-      if (known_.Find(id) != nullptr && posed_.count(id) == 0) poses_.Set(id, pose);
+      if (Find(id) != nullptr && posed_.count(id) == 0) poses_.Set(id, pose);
     }
     for (const auto& [id, change] : posed_) {
       G& pose = changes_[change].pose;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <functional>
 #include <future>
+#include <initializer_list>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -97,14 +98,15 @@ class LiveOptimizer {
   UpdateReport Wait(Request request);
   void Push(std::function<Status(Optimizer<G>*, const G&)> run);
   void PushPosed(NodeId id, const G& pose, std::function<Status(Optimizer<G>*, const G&)> run);
-  Status CheckNode(NodeId id) const;
+  // The mutex is held. Null if there is no such node.
+  const G* Find(NodeId id) const { return next_.poses.Find(id); }
+  Status CheckNodes(std::initializer_list<NodeId> ids) const;
   // The mutex is held.
   bool HasIdleWork() const {
     return options_.refine_when_idle && options_.optimizer.schedule == Schedule::kStress &&
            !at_rest_;
   }
   void Work();
-  void TakeIn(std::vector<Change>* changes);
   UpdateReport Solve(bool has_changes, const std::vector<Request>& requests);
   void Publish();
   void Report(const Status& status) const;
@@ -119,8 +121,7 @@ class LiveOptimizer {
   // Nodes that changes_ pose -> which of them does.
   std::unordered_map<NodeId, std::size_t> posed_;
   PoseMapWriter<G> poses_;
-  PoseMap<G> known_;  // the nodes there are, at the poses published
-  Snapshot<G> next_;
+  Snapshot<G> next_;  // what was published last, to be changed for the next time
   // Former snapshots that a reader may still hold: whoever drops the last one frees its pages,
   // which should not be the reader.
   std::vector<std::shared_ptr<const Snapshot<G>>> former_;

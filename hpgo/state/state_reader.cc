@@ -16,8 +16,7 @@ StateReader::Block StateReader::Next() {
   if (!ok()) return {};
   const Result<Block> block = source_();
   if (block.ok()) return *block;
-  status_ = block.status();
-  bytes_ = {};
+  Fail(block.status().code(), block.status().message());
   return {};
 }
 

@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -112,14 +111,8 @@ class StateReader {
   template <typename T>
   T GetNumber() {
     if (bytes_.size() < sizeof(T) && !Refill(sizeof(T))) return T();
-    UnsignedOfSize<sizeof(T)> bits = 0;
-    for (std::size_t k = 0; k < sizeof(T); ++k) {
-      bits = static_cast<decltype(bits)>(
-          bits | static_cast<decltype(bits)>(static_cast<unsigned char>(bytes_[k])) << (8 * k));
-    }
+    const T value = LoadNumber<T>(bytes_.data());
     bytes_.remove_prefix(sizeof(T));
-    T value;
-    std::memcpy(&value, &bits, sizeof(T));
     return value;
   }
 

@@ -1,9 +1,10 @@
-// Which kind of field a type is, for the archives of a state.
+// Which kind of field a type is, and the bytes of a number, for the archives of a state.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <memory>
 #include <type_traits>
 #include <utility>
@@ -63,5 +64,27 @@ template <typename T>
 using StoredNumber =
     std::conditional_t<std::is_same_v<T, std::size_t>, std::uint64_t,
                        std::conditional_t<std::is_same_v<T, bool>, std::uint8_t, T>>;
+
+// sizeof(T) bytes, little-endian.
+template <typename T>
+void StoreNumber(T value, char* bytes) {
+  UnsignedOfSize<sizeof(T)> bits;
+  std::memcpy(&bits, &value, sizeof(T));
+  for (std::size_t k = 0; k < sizeof(T); ++k) {
+    bytes[k] = static_cast<char>(bits >> (8 * k) & 0xff);
+  }
+}
+template <typename T>
+T LoadNumber(const char* bytes) {
+  using Bits = UnsignedOfSize<sizeof(T)>;
+  Bits bits = 0;
+  for (std::size_t k = 0; k < sizeof(T); ++k) {
+    const Bits byte = static_cast<unsigned char>(bytes[k]);
+    bits = static_cast<Bits>(bits | byte << (8 * k));
+  }
+  T value;
+  std::memcpy(&value, &bits, sizeof(T));
+  return value;
+}
 
 }  // namespace hpgo

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <functional>
 #include <memory>
 #include <string>
@@ -100,12 +99,8 @@ class StateWriter {
 
   template <typename T>
   void PutNumber(T value) {
-    UnsignedOfSize<sizeof(T)> bits;
-    std::memcpy(&bits, &value, sizeof(T));
     if (kBlockBytes - size_ < sizeof(T)) Flush();
-    for (std::size_t k = 0; k < sizeof(T); ++k) {
-      buffer_[size_ + k] = static_cast<char>(bits >> (8 * k) & 0xff);
-    }
+    StoreNumber(value, &buffer_[size_]);
     size_ += sizeof(T);
   }
 

@@ -140,7 +140,7 @@ template <typename G>
 class FrontEnd {
  public:
   FrontEnd(const PoseGraph<G>& graph, double huber_scale)
-      : graph_(graph), edges_(EdgesByNode(graph)) {
+      : graph_(graph), steps_(ReplaySteps(graph)) {
     CartographerWeights weights;
     weights.huber_scale = huber_scale;
     const typename G::Matrix& information = graph.edges()[0].information;
@@ -156,7 +156,7 @@ class FrontEnd {
   void AddNode(int k) {
     constexpr int kNodesASubmap = 20;
     G step;
-    for (const int e : edges_[k]) {
+    for (const int e : steps_[k].edges) {
       const auto& edge = graph_.edges()[e];
       if (edge.i == k - 1 && edge.j == k) step = edge.measurement;
     }
@@ -171,7 +171,7 @@ class FrontEnd {
     problem_->AddTrajectoryNode(0, {0.1 * k, local, global});
     const int submap = k / kNodesASubmap;
     Constrain(submap, k, submap_locals_[submap].Between(local), Constraint<G>::INTRA_SUBMAP);
-    for (const int e : edges_[k]) {
+    for (const int e : steps_[k].edges) {
       const auto& edge = graph_.edges()[e];
       const int seen = std::min(edge.i, edge.j), other = seen / kNodesASubmap;
       if (seen == k - 1 || other == submap || !inter_.insert({other, k}).second) continue;
@@ -187,7 +187,7 @@ class FrontEnd {
   void Solve() { problem_->Solve(constraints_, states_, Landmarks()); }
 
   const PoseGraph<G>& graph_;
-  const std::vector<std::vector<int>> edges_;
+  const std::vector<ReplayStep> steps_;
   std::vector<G> locals_, submap_locals_;
   std::set<std::pair<int, int>> inter_;
   std::vector<Constraint<G>> constraints_;
@@ -333,7 +333,31 @@ TYPED_TEST(CartographerTypesTest, OdometryTiesNodes) {
   }
   this->front_end_.Solve();
   // Two of local SLAM and two of odometry beside the constraints.
-  EXPECT_EQ(this->problem().optimizer().num_edges(), 3u + 2u + 2u);
+  const Optimizer<G>& optimizer = this->problem().optimizer();
+  EXPECT_EQ(optimizer.num_edges(), 3u + 2u + 2u);
+  // Nodes are 0.1 s apart, and the odometry has a metre in 0.05 s.
+  G two_metres;
+  two_metres.translation()(0) = 2;
+  int found = 0;
+  const PoseGraph<G> graph = optimizer.ToGraph();
+  for (const GraphEdge<G>& edge : graph.edges()) {
+    found += edge.measurement.LocalCoordinates(two_metres).norm() < 1e-9;
+  }
+  EXPECT_EQ(found, 2);
+  // None beyond the last measurement.
+  this->Drive(3, 6);
+  this->front_end_.Solve();
+  EXPECT_EQ(optimizer.num_edges(), 6u + 5u + 3u);
+}
+
+TYPED_TEST(CartographerTypesTest, AConstraintTwiceIsRefused) {
+  this->Drive(0, 10);
+  this->front_end_.constraints_.push_back(this->front_end_.constraints_.back());
+  this->front_end_.Solve();
+  EXPECT_EQ(this->problem().status().code(), StatusCode::kAlreadyExists);
+  this->front_end_.constraints_.pop_back();
+  this->front_end_.Solve();
+  EXPECT_TRUE(this->problem().status().ok()) << this->problem().status().ToString();
 }
 
 TYPED_TEST(CartographerTypesTest, WhatIsNotTakenIsRefusedByName) {

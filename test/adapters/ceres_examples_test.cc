@@ -95,23 +95,21 @@ template <typename G>
 void ExpectOptimum(const std::string& name) {
   const PoseGraph<G> graph = RealGraph<G>(name);
   if (graph.nodes().empty()) GTEST_SKIP() << "no " << name;
-  const auto edges = EdgesByNode(graph);
   Problem<G> problem;
   typename TypesOf<G>::Map poses;
   typename TypesOf<G>::Vector constraints;
   const int n = static_cast<int>(graph.nodes().size());
   double ms = 0;
   PoseGraph<G> before = graph;
-  for (int k = 0; k < n; ++k) {
-    G pose = graph.nodes()[k].pose;
-    for (const int e : edges[k]) {
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    const int k = step.node;
+    poses[k] = ToPose(*StartPose<G>(graph, step, [&](int node) -> Result<G> {
+      return ToGroup(poses.at(node), static_cast<G*>(nullptr));
+    }));
+    for (const int e : step.edges) {
       const auto& edge = graph.edges()[e];
       constraints.push_back(MakeConstraint(edge.i, edge.j, edge.measurement, edge.information));
-      if (edge.j == k && edge.i == k - 1) {
-        pose = ToGroup(poses.at(k - 1), static_cast<G*>(nullptr)) * edge.measurement;
-      }
     }
-    poses[k] = ToPose(pose);
     if ((k + 1) % (n / 10) != 0 && k + 1 != n) continue;
     for (int m = 0; m <= k; ++m)
       before.node(m).pose = ToGroup(poses.at(m), static_cast<G*>(nullptr));
@@ -177,6 +175,38 @@ TYPED_TEST(CeresExampleTypesTest, TheObjectiveIsTheExamples) {
             ExampleCost<G>(typename TypesOf<G>::Vector(constraints.begin(), constraints.end() - 1),
                            poses));
   EXPECT_TRUE(problem.Solve(constraints, &poses).status.ok());
+}
+
+// The map is held at the first pose of the client, who may move it, or add one before it.
+TYPED_TEST(CeresExampleTypesTest, TheFirstPoseIsTheClients) {
+  using G = TypeParam;
+  Problem<G> problem;
+  typename TypesOf<G>::Map poses;
+  typename TypesOf<G>::Vector constraints;
+  G step;
+  step.translation()(0) = 1;
+  for (int k = 0; k < 3; ++k) poses[k] = ToPose(G());
+  for (int k = 1; k < 3; ++k) {
+    constraints.push_back(MakeConstraint(k - 1, k, step, G::Matrix::Identity()));
+  }
+  const auto x = [&](int k) {
+    return ToGroup(poses.at(k), static_cast<G*>(nullptr)).translation()(0);
+  };
+  ASSERT_TRUE(problem.Solve(constraints, &poses).status.ok());
+  EXPECT_EQ(x(0), 0);
+  EXPECT_NEAR(x(2), 2, 1e-9);
+  G moved;
+  moved.translation()(0) = 10;
+  poses[0] = ToPose(moved);
+  ASSERT_TRUE(problem.Solve(constraints, &poses).status.ok());
+  EXPECT_EQ(x(0), 10);
+  EXPECT_NEAR(x(2), 12, 1e-9);
+  poses[-1] = ToPose(G());
+  constraints.push_back(MakeConstraint(-1, 0, step, G::Matrix::Identity()));
+  ASSERT_TRUE(problem.Solve(constraints, &poses).status.ok());
+  EXPECT_EQ(x(-1), 0);
+  EXPECT_NEAR(x(0), 1, 1e-9);
+  EXPECT_NEAR(x(2), 3, 1e-9);
 }
 
 }  // namespace

@@ -71,20 +71,15 @@ TEST_P(KartoGraphTest, EndsAtTheOptimum) {
   if (graph.nodes().empty()) GTEST_SKIP() << "no " << GetParam();
   solver_plugins::HpgoSolver solver;
   Mapper mapper(&solver);
-  const auto edges = EdgesByNode(graph);
   int closures = 0, computes = 0;
   const int computes_wanted = 8;
   const int closures_a_compute =
       1 + static_cast<int>(graph.edges().size() - graph.nodes().size()) / computes_wanted;
-  for (int k = 0; k < static_cast<int>(graph.nodes().size()); ++k) {
-    SE2 pose = graph.nodes()[k].pose;
-    for (const int e : edges[k]) {
-      const auto& edge = graph.edges()[e];
-      if (edge.j == k && edge.i == k - 1)
-        pose = (mapper.PoseOf(k - 1) * edge.measurement).Normalized();
-    }
-    mapper.AddScan(k, pose);
-    for (const int e : edges[k]) {
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    const Result<SE2> pose =
+        StartPose<SE2>(graph, step, [&](int node) -> Result<SE2> { return mapper.PoseOf(node); });
+    mapper.AddScan(step.node, pose->Normalized());
+    for (const int e : step.edges) {
       const auto& edge = graph.edges()[e];
       mapper.Link(edge.i, edge.j, edge.measurement, edge.information);
       ASSERT_TRUE(solver.last_status().ok()) << solver.last_status().ToString();
@@ -174,6 +169,17 @@ TEST_F(KartoTest, ModifyNodeAddsTheHeading) {
   EXPECT_EQ(solver_.last_status().message(), "no node 9");
 }
 
+TEST_F(KartoTest, ACorrectionGoesWithWhatTheMapperHasPosedAnew) {
+  AddSquare();
+  solver_.Compute();
+  ASSERT_EQ(solver_.GetCorrections().size(), 3u);
+  // To where it is: nothing moves then.
+  solver_.ModifyNode(1, solver_.getGraph()->at(1).cwiseProduct(Eigen::Vector3d(1, 1, 0)));
+  solver_.Compute();
+  for (const auto& [id, pose] : solver_.GetCorrections()) EXPECT_NE(id, 1);
+  EXPECT_EQ(solver_.GetCorrections().size(), 2u);
+}
+
 TEST_F(KartoTest, RemovalAndErrors) {
   AddSquare();
   solver_.RemoveConstraint(0, 3);
@@ -204,6 +210,15 @@ TEST_F(KartoTest, ParametersAreReadAndChecked) {
     EXPECT_NEAR(optimizer.Cost(), 2 * 10 - 1, 1e-9);
     EXPECT_EQ(optimizer.options().window_nodes, OptimizerOptions::Fast().window_nodes);
   });
+  solver_.Compute();
+  EXPECT_EQ(solver_.GetCorrections().size(), 1u);
+  auto coarse = std::make_shared<rclcpp::Node>();
+  coarse->overrides["hpgo_min_correction_distance"] = 11.0;
+  solver_.Configure(coarse);
+  for (int k = 0; k < 2; ++k) mapper_.AddScan(k, SE2());
+  mapper_.Link(0, 1, SE2(10, 0, 0), Eigen::Matrix3d::Identity());
+  solver_.Compute();
+  EXPECT_TRUE(solver_.GetCorrections().empty());
 }
 
 // RViz, mapping and service threads.

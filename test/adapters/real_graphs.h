@@ -3,17 +3,16 @@
 
 #include <time.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <utility>
 #include <variant>
-#include <vector>
 
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/graph/compose_poses.h"
 #include "hpgo/io/g2o_reader.h"
+#include "hpgo/replay.h"
 #include "hpgo/solve/full_solve.h"
 #include "test/optimizer/oracle.h"
 
@@ -35,16 +34,6 @@ PoseGraph<G> RealGraph(const std::string& name) {
   PoseGraph<G> graph = std::get<GraphFile<G>>(*file).graph;
   ComposeMissingPoses(&graph);
   return graph;
-}
-
-// The edges by the later of their ends: those that come with a node.
-template <typename G>
-std::vector<std::vector<int>> EdgesByNode(const PoseGraph<G>& graph) {
-  std::vector<std::vector<int>> edges(graph.nodes().size());
-  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
-    edges[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
-  }
-  return edges;
 }
 
 // CPU time of this thread so far: other processes do not count.

@@ -87,25 +87,23 @@ template <typename G>
 void ExpectOptimum(const std::string& name) {
   const PoseGraph<G> graph = RealGraph<G>(name);
   if (graph.nodes().empty()) GTEST_SKIP() << "no " << name;
-  const auto edges = EdgesByNode(graph);
   RtabmapOptimizer<G, Transform, Link> optimizer;
   std::map<int, Transform> poses, optimized;
   std::multimap<int, Link> links;
   const int n = static_cast<int>(graph.nodes().size());
   double ms = 0;
   PoseGraph<G> before = graph;
-  for (int k = 0; k < n; ++k) {
+  for (const ReplayStep& step : ReplaySteps(graph)) {
     // Ids from 1; new poses from odometry behind the optimized map of the last call.
-    G pose = graph.nodes()[k].pose;
-    for (const int e : edges[k]) {
+    const int k = step.node;
+    poses[k + 1] = ToTransform(*StartPose<G>(graph, step, [&](int node) -> Result<G> {
+      return FromTransform(poses.at(node + 1), static_cast<G*>(nullptr));
+    }));
+    for (const int e : step.edges) {
       const auto& edge = graph.edges()[e];
       links.emplace(edge.i + 1,
                     MakeLink(edge.i + 1, edge.j + 1, edge.measurement, edge.information));
-      if (edge.j == k && edge.i == k - 1) {
-        pose = FromTransform(poses.at(k), static_cast<G*>(nullptr)) * edge.measurement;
-      }
     }
-    poses[k + 1] = ToTransform(pose);
     if ((k + 1) % (n / 10) != 0 && k + 1 != n) continue;
     for (int m = 0; m <= k; ++m)
       before.node(m).pose = FromTransform(poses.at(m + 1), static_cast<G*>(nullptr));
@@ -151,12 +149,18 @@ TEST(RtabmapTest, PlanarPosesKeepTheirHeight) {
   EXPECT_NEAR(FromTransform(optimized.at(2), static_cast<SE2*>(nullptr)).angle(), 0.5, 1e-6);
 }
 
-TEST(RtabmapTest, PriorsAreSelfLinks) {
+// Two nodes a metre apart.
+class RtabmapPairTest : public testing::Test {
+ protected:
+  RtabmapPairTest() { links.emplace(1, MakeLink(1, 2, SE2(1, 0, 0), I)); }
+
   RtabmapOptimizer<SE2, Transform, Link> optimizer;
   const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
   std::map<int, Transform> poses{{1, ToTransform(SE2())}, {2, ToTransform(SE2(1, 0, 0))}};
   std::multimap<int, Link> links;
-  links.emplace(1, MakeLink(1, 2, SE2(1, 0, 0), I));
+};
+
+TEST_F(RtabmapPairTest, PriorsAreSelfLinks) {
   links.emplace(2, Link(2, 2, Link::kPosePrior, ToTransform(SE2(3, 0, 0)), ToMat(I)));
   const auto optimized = optimizer.optimize(1, poses, links);
   EXPECT_NEAR(optimized.at(2).x(), 2, 1e-6);  // half-way
@@ -164,12 +168,23 @@ TEST(RtabmapTest, PriorsAreSelfLinks) {
   EXPECT_NEAR(optimizer.optimize(1, poses, links).at(2).x(), 1, 1e-6);
 }
 
-TEST(RtabmapTest, FailuresGiveAnEmptyMapAndSayWhy) {
-  RtabmapOptimizer<SE2, Transform, Link> optimizer;
-  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
-  std::map<int, Transform> poses{{1, ToTransform(SE2())}, {2, ToTransform(SE2(1, 0, 0))}};
-  std::multimap<int, Link> links;
-  links.emplace(1, MakeLink(1, 2, SE2(1, 0, 0), I));
+// Links between the same nodes all count, and weigh the same on demand.
+TEST_F(RtabmapPairTest, ParallelLinksCount) {
+  links.emplace(1, MakeLink(1, 2, SE2(4, 0, 0), 2 * I));
+  EXPECT_NEAR(optimizer.optimize(1, poses, links).at(2).x(), 3, 1e-6);
+  optimizer.SetInformationIgnored(true);
+  EXPECT_NEAR(optimizer.optimize(1, poses, links).at(2).x(), 2.5, 1e-6);
+}
+
+TEST_F(RtabmapPairTest, TheRootIsHeldWhereItIsGiven) {
+  EXPECT_NEAR(optimizer.optimize(1, poses, links).at(2).x(), 1, 1e-6);
+  poses[2] = ToTransform(SE2(8, 0, 0));
+  const auto optimized = optimizer.optimize(2, poses, links);
+  EXPECT_EQ(optimized.at(2).x(), 8);
+  EXPECT_NEAR(optimized.at(1).x(), 7, 1e-5);
+}
+
+TEST_F(RtabmapPairTest, FailuresGiveAnEmptyMapAndSayWhy) {
   EXPECT_EQ(optimizer.optimize(1, poses, links).size(), 2u);
   EXPECT_TRUE(optimizer.optimize(7, poses, links).empty());
   EXPECT_EQ(optimizer.last_status().message(), "the root 7 has no pose");
@@ -177,6 +192,10 @@ TEST(RtabmapTest, FailuresGiveAnEmptyMapAndSayWhy) {
   more.emplace(2, Link(2, 2, Link::kGravity, ToTransform(SE2()), ToMat(I)));
   EXPECT_TRUE(optimizer.optimize(1, poses, more).empty());
   EXPECT_EQ(optimizer.last_status().message(), "link 2 -> 2: gravity is not taken");
+  more = links;
+  more.emplace(2, Link(2, 2, Link::kNeighbor, ToTransform(SE2()), ToMat(I)));
+  EXPECT_TRUE(optimizer.optimize(1, poses, more).empty());
+  EXPECT_EQ(optimizer.last_status().message(), "link 2 -> 2: a self link that is no prior");
   more = links;
   more.emplace(2, MakeLink(2, 3, SE2(), I));
   EXPECT_TRUE(optimizer.optimize(1, poses, more).empty());

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <ctime>
 #include <string>
 #include <utility>
 #include <variant>
@@ -19,6 +18,8 @@
 #include "hpgo/ceres/solve.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/io/g2o_reader.h"
+#include "hpgo/replay.h"
+#include "test/bench/cpu_seconds.h"
 #include "test/ceres/mapper_problems.h"
 
 namespace hpgo {
@@ -26,12 +27,6 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
-
-double CpuSeconds() {
-  timespec time;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 // When which cost was reached.
 class Trace final : public ceres::IterationCallback {
@@ -105,12 +100,9 @@ void Grow(const std::string& name, Mapper mapper, const PoseGraph<G>& graph) {
   const auto made = MakeMapperProblem(mapper, graph);
   std::vector<ceres::ResidualBlockId> ids;
   made->problem->GetResidualBlocks(&ids);
-  std::vector<std::vector<std::size_t>> edges_of(graph.nodes().size());  // by the newer end
+  const std::vector<ReplayStep> steps = ReplaySteps(graph);
   int closing_nodes = 0;
-  for (std::size_t e = 0; e < graph.edges().size(); ++e) {
-    edges_of[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
-  }
-  for (const auto& edges : edges_of) closing_nodes += edges.size() > 1;
+  for (const ReplayStep& step : steps) closing_nodes += step.closes_loop();
 
   ceres::Problem::Options problem_options;
   problem_options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
@@ -123,7 +115,7 @@ void Grow(const std::string& name, Mapper mapper, const PoseGraph<G>& graph) {
   int closing = 0, sample = 0;
   std::vector<double> ours, theirs, gaps;
   for (int n = 1; n < static_cast<int>(graph.nodes().size()); ++n) {
-    for (const std::size_t e : edges_of[n]) {
+    for (const int e : steps[n].edges) {
       const GraphEdge<G>& edge = graph.edges()[e];
       double* blocks[2] = {made->Block(edge.i, 0), made->Block(edge.j, 0)};
       if (edge.i == n - 1 && edge.j == n) {
@@ -144,7 +136,7 @@ void Grow(const std::string& name, Mapper mapper, const PoseGraph<G>& graph) {
     const double begin = CpuSeconds();
     solver.Update();
     const double seconds = CpuSeconds() - begin;
-    if (edges_of[n].size() < 2) continue;
+    if (!steps[n].closes_loop()) continue;
     ours.push_back(1e3 * seconds);
     if (++closing * kSamples < (sample + 1) * closing_nodes) continue;
     ++sample;

@@ -6,7 +6,6 @@
 // window and full run the engines by turns, so that a busy machine slows down both: Time is the
 // block engine's CPU time, `ceres` and `block` are medians in ms, `speedup` is the median ratio.
 #include <algorithm>
-#include <ctime>
 #include <map>
 #include <memory>
 #include <random>
@@ -25,15 +24,13 @@
 #include "hpgo/solve/full_solve.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/solve/window.h"
+#include "test/bench/cpu_seconds.h"
 #include "test/solve/small_hierarchies.h"
 
 namespace hpgo {
 namespace {
 
 constexpr int kWorldNodes = 10000;
-
-// Seconds of CPU time, of all threads.
-double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 double Median(std::vector<double> values) {
   if (values.empty()) return 0;

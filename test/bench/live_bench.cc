@@ -10,6 +10,7 @@
 
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/live/live_optimizer.h"
+#include "hpgo/replay.h"
 
 namespace {
 
@@ -30,10 +31,7 @@ int main(int argc, char** argv) {
     return 1;
   }
   const hpgo::PoseGraph<SE3>& graph = world->graph;
-  std::vector<std::vector<int>> edges_of(graph.nodes().size());
-  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
-    edges_of[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
-  }
+  const std::vector<hpgo::ReplayStep> steps = hpgo::ReplaySteps(graph);
   hpgo::LiveOptimizer<SE3> live;
   std::atomic<bool> done{false};
   constexpr int kReaders = 4;
@@ -53,15 +51,11 @@ int main(int argc, char** argv) {
   }
   const Clock::time_point start = Clock::now();
   for (int k = 0; k < static_cast<int>(graph.nodes().size()); ++k) {
-    SE3 pose = graph.nodes()[k].pose;
-    for (const int e : edges_of[k]) {
-      const auto& edge = graph.edges()[e];
-      if (edge.j == k && edge.i == k - 1) {
-        pose = *live.Latest()->poses.Find(k - 1) * edge.measurement;
-      }
-    }
-    hpgo::Status status = live.AddNode(k, pose);
-    for (const int e : edges_of[k]) {
+    const auto pose = hpgo::StartPose<SE3>(graph, steps[k], [&](int node) -> hpgo::Result<SE3> {
+      return *live.Latest()->poses.Find(node);
+    });
+    hpgo::Status status = live.AddNode(k, *pose);
+    for (const int e : steps[k].edges) {
       const auto& edge = graph.edges()[e];
       if (status.ok()) {
         status = live.AddEdge(edge.i, edge.j, edge.measurement, edge.information);

@@ -2,7 +2,6 @@
 // node, its odometry and a closure to a node one lap ago, removes the oldest node and updates.
 //   sliding_window_bench [NODES] [STEPS] [ROWS]
 // Prints a CSV line for every STEPS / ROWS steps: CPU time of a step and memory.
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,16 +13,12 @@
 #include <vector>
 
 #include "hpgo/optimizer.h"
+#include "test/bench/cpu_seconds.h"
 
 namespace {
 
+using hpgo::CpuSeconds;
 using hpgo::SE3;
-
-double CpuSeconds() {
-  timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 std::int64_t ResidentBytes() {
   std::int64_t pages = 0, resident = 0;

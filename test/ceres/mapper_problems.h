@@ -35,6 +35,12 @@ enum class Mapper3d {
   kVins4,         // yaw in degrees, t; roll and pitch inside the cost; Huber on loops
   kVoxgraph,      // one block x y z yaw
 };
+constexpr Mapper2d kMappers2d[] = {Mapper2d::kCeresExample, Mapper2d::kSlamToolbox,
+                                   Mapper2d::kRtabMap, Mapper2d::kCartographer};
+constexpr Mapper3d kMappers3d[] = {
+    Mapper3d::kCeresExample, Mapper3d::kRtabMap,      Mapper3d::kCartographer, Mapper3d::kVins6,
+    Mapper3d::kVinsGlobal,   Mapper3d::kFuse,         Mapper3d::kOkvis,        Mapper3d::kOv2slam,
+    Mapper3d::kCovins,       Mapper3d::kOpenLidarMap, Mapper3d::kVins4,        Mapper3d::kVoxgraph};
 const char* MapperName(Mapper2d mapper);
 const char* MapperName(Mapper3d mapper);
 

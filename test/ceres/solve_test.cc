@@ -100,9 +100,7 @@ TEST_P(Mapper2dTest, Kitti00) {
   READ_OR_SKIP(SE2, graph, "kitti/graphs/kitti_00.g2o");
   ExpectAsGood(GetParam(), graph);
 }
-INSTANTIATE_TEST_SUITE_P(Mappers, Mapper2dTest,
-                         ::testing::Values(Mapper2d::kCeresExample, Mapper2d::kSlamToolbox,
-                                           Mapper2d::kRtabMap, Mapper2d::kCartographer),
+INSTANTIATE_TEST_SUITE_P(Mappers, Mapper2dTest, ::testing::ValuesIn(kMappers2d),
                          [](const auto& instance) { return MapperName(instance.param); });
 
 class Mapper3dTest : public ::testing::TestWithParam<Mapper3d> {};
@@ -111,13 +109,7 @@ TEST_P(Mapper3dTest, Sphere2500) {
   READ_OR_SKIP(SE3, graph, "g2o/sphere2500.g2o");
   ExpectAsGood(GetParam(), graph);
 }
-INSTANTIATE_TEST_SUITE_P(Mappers, Mapper3dTest,
-                         ::testing::Values(Mapper3d::kCeresExample, Mapper3d::kRtabMap,
-                                           Mapper3d::kCartographer, Mapper3d::kVins6,
-                                           Mapper3d::kVinsGlobal, Mapper3d::kFuse, Mapper3d::kOkvis,
-                                           Mapper3d::kOv2slam, Mapper3d::kCovins,
-                                           Mapper3d::kOpenLidarMap, Mapper3d::kVins4,
-                                           Mapper3d::kVoxgraph),
+INSTANTIATE_TEST_SUITE_P(Mappers, Mapper3dTest, ::testing::ValuesIn(kMappers3d),
                          [](const auto& instance) { return MapperName(instance.param); });
 
 }  // namespace

@@ -5,6 +5,9 @@
 
 #include "hpgo/io/state_file.h"
 
+#include <unistd.h>
+#include <zlib.h>
+
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
@@ -22,6 +25,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/io/output_file.h"
+#include "hpgo/state/state_traits.h"
 #include "hpgo/state/state_writer.h"
 #include "test/solve/small_graphs.h"
 
@@ -30,7 +34,10 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string TempPath(const std::string& name) { return testing::TempDir() + "hpgo_state_" + name; }
+// A file of this process: CTest runs the cases beside each other.
+std::string TempPath(const std::string& name) {
+  return testing::TempDir() + "hpgo_state_" + name + "_" + std::to_string(getpid());
+}
 
 std::string ReadBytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
@@ -334,6 +341,26 @@ TYPED_TEST(StateFileTest, EveryShorterFileIsFound) {
   EXPECT_THAT(ParseState(bytes + "x", &optimizer).message(), HasSubstr("goes on behind its end"));
 }
 
+// Each block goes on from the checksum of the one before: one from another file is found.
+TYPED_TEST(StateFileTest, ABlockOfAnotherStateIsFound) {
+  const auto save = [this](int max_windows) {
+    OptimizerOptions options;
+    options.max_windows = max_windows;
+    EXPECT_TRUE(SaveState(Optimizer<TypeParam>(options), this->path_).ok());
+    return ReadBytes(this->path_);
+  };
+  const std::string one = save(1), two = save(2);
+  const std::size_t options_end = one.find("levels");
+  ASSERT_NE(options_end, std::string::npos);
+  ASSERT_NE(one.substr(0, options_end), two.substr(0, options_end));
+  ASSERT_EQ(two.find("levels"), options_end);
+  Optimizer<TypeParam> optimizer;
+  EXPECT_TRUE(ParseState(one, &optimizer).ok());
+  EXPECT_THAT(
+      ParseState(one.substr(0, options_end) + two.substr(options_end), &optimizer).message(),
+      HasSubstr("is damaged: the checksum of a block of section 'levels'"));
+}
+
 TYPED_TEST(StateFileTest, CloneGoesItsOwnWay) {
   using G = TypeParam;
   Optimizer<G> optimizer = this->SmallOptimizer();
@@ -341,6 +368,12 @@ TYPED_TEST(StateFileTest, CloneGoesItsOwnWay) {
   ASSERT_TRUE(optimizer.AddNode(1000000, G()).ok());
   ASSERT_TRUE(optimizer.AddNode(1000001, G()).ok());
   ASSERT_TRUE(optimizer.AddCustomEdge(1000000, 1000001, cost, G(), G::Matrix::Identity()).ok());
+  // A loss without a name.
+  std::mt19937_64 rng;
+  ASSERT_TRUE(optimizer
+                  .AddEdge(1000000, 1000001, RandomPose<G>(&rng, 9, 1), G::Matrix::Identity(),
+                           std::make_shared<ceres::HuberLoss>(1.0))
+                  .ok());
   const std::string bits = BitsOf(optimizer);
   Optimizer<G> clone = optimizer.Clone();
   EXPECT_TRUE(BitsOf(clone) == bits);
@@ -361,6 +394,15 @@ TEST(StateFileErrorsTest, NameWhatIsWrong) {
   ASSERT_TRUE(SaveState(Optimizer3d(), path).ok());
   EXPECT_EQ(LoadState(path, &optimizer).message(),
             path + ": is the state of a 3D graph, not of a 2D one");
+  // Of another version, undamaged.
+  std::string bytes = ReadBytes(path);
+  bytes[8] = static_cast<char>(kStateVersion + 1);
+  const auto checksum =
+      static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(bytes.data()), 16));
+  StoreNumber(checksum, &bytes[16]);
+  EXPECT_EQ(ParseState(bytes, &optimizer).message(),
+            "is a state of version " + std::to_string(kStateVersion + 1) +
+                ", and only those of version " + std::to_string(kStateVersion) + " can be read");
   EXPECT_THAT(SaveState(optimizer, "/nowhere/at/all").message(), HasSubstr("cannot be created"));
 }
 

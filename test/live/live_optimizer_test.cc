@@ -1,34 +1,31 @@
 #include "hpgo/live/live_optimizer.h"
 
+#include <unistd.h>
 #include <algorithm>
+
 #include <atomic>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <future>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/io/state_file.h"
+#include "hpgo/replay.h"
 #include "test/optimizer/oracle.h"
 
 namespace hpgo {
 namespace {
 
 using Matrix = SE2::Matrix;
-
-// Edges by their later end, so that a graph can be replayed node by node.
-std::vector<std::vector<int>> EdgesByNode(const PoseGraph<SE2>& graph) {
-  std::vector<std::vector<int>> edges(graph.nodes().size());
-  for (int e = 0; e < static_cast<int>(graph.edges().size()); ++e) {
-    edges[std::max(graph.edges()[e].i, graph.edges()[e].j)].push_back(e);
-  }
-  return edges;
-}
 
 PoseGraph<SE2> MakeWorld(World world, int nodes) {
   GenerateOptions options;
@@ -39,17 +36,11 @@ PoseGraph<SE2> MakeWorld(World world, int nodes) {
 
 // A client that poses each node from the newest snapshot, as fast as it can.
 void Feed(const PoseGraph<SE2>& graph, LiveOptimizer<SE2>* live) {
-  const auto edges = EdgesByNode(graph);
-  for (int k = 0; k < static_cast<int>(graph.nodes().size()); ++k) {
-    SE2 pose = graph.nodes()[k].pose;
-    for (const int e : edges[k]) {
-      const auto& edge = graph.edges()[e];
-      if (edge.j == k && edge.i == k - 1) {
-        pose = *live->Latest()->poses.Find(k - 1) * edge.measurement;
-      }
-    }
-    ASSERT_TRUE(live->AddNode(k, pose).ok());
-    for (const int e : edges[k]) {
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    const Result<SE2> pose = StartPose<SE2>(
+        graph, step, [&](int node) -> Result<SE2> { return *live->Latest()->poses.Find(node); });
+    ASSERT_TRUE(live->AddNode(step.node, *pose).ok());
+    for (const int e : step.edges) {
       const auto& edge = graph.edges()[e];
       ASSERT_TRUE(live->AddEdge(edge.i, edge.j, edge.measurement, edge.information).ok());
     }
@@ -129,6 +120,26 @@ TEST(LiveOptimizerTest, IdleTimeGoesIntoRefine) {
   live.Run([](Optimizer<SE2>* optimizer) { EXPECT_LT(Gap(*optimizer), 1e-4); }).get();
 }
 
+// Runs something, and stops the worker then, until Release.
+class Pause {
+ public:
+  explicit Pause(LiveOptimizer<SE2>* live, std::function<void(Optimizer<SE2>*)> run = nullptr)
+      : done_(live->Run([this, run](Optimizer<SE2>* optimizer) {
+          if (run) run(optimizer);
+          reached_.set_value();
+          go_on_.get_future().wait();
+        })) {}
+  void Await() { reached_.get_future().wait(); }
+  void Release() {
+    go_on_.set_value();
+    done_.get();
+  }
+
+ private:
+  std::promise<void> reached_, go_on_;
+  std::future<void> done_;
+};
+
 // Nodes that come while a solve runs move with the map that they were posed in.
 TEST(LiveOptimizerTest, NewerNodesAreCarriedAlong) {
   LiveOptions options;
@@ -142,33 +153,74 @@ TEST(LiveOptimizerTest, NewerNodesAreCarriedAlong) {
   }
   live.Update();
   // A closure that turns the map; before it is solved the next node comes, posed in the old one.
-  std::promise<void> closed, arrived, taken, seen;
-  live.Run([&](Optimizer<SE2>* optimizer) {
+  Pause closure(&live, [&](Optimizer<SE2>* optimizer) {
     const SE2 turned = SE2(0, 0, 0.3) * SE2(19, 0, 0);
     ASSERT_TRUE(optimizer->AddEdge(0, 19, turned, 1e4 * I).ok());
-    closed.set_value();
-    arrived.get_future().wait();
   });
-  closed.get_future().wait();
+  closure.Await();
   ASSERT_TRUE(live.AddNode(20, SE2(20, 0, 0)).ok());
-  const std::future<void> after = live.Run([&](Optimizer<SE2>*) {
-    taken.set_value();
-    seen.get_future().wait();
-  });
-  arrived.set_value();
-  taken.get_future().wait();
+  Pause after(&live);
+  closure.Release();
+  after.Await();
   const auto latest = live.Latest();
   EXPECT_GT(latest->poses.Find(19)->data()[1], 1);
   const SE2 relative = latest->poses.Find(19)->Between(*latest->poses.Find(20));
   EXPECT_LT(relative.LocalCoordinates(SE2(1, 0, 0)).norm(), 1e-9);
-  seen.set_value();
-  after.wait();
+  after.Release();
+}
+
+// What the client does during a solve counts for more than its result.
+TEST(LiveOptimizerTest, ChangesDuringASolveStay) {
+  LiveOptions options;
+  options.refine_when_idle = false;
+  LiveOptimizer<SE2> live(options);
+  const Matrix I = Matrix::Identity();
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(live.AddNode(k, SE2(k, 0, 0)).ok());
+  for (int k = 1; k < 4; ++k) ASSERT_TRUE(live.AddEdge(k - 1, k, SE2(1, 0, 0), I).ok());
+  live.Update();
+  // All but the first move two metres to the side in the update that the worker is before.
+  Pause solve(&live, [&](Optimizer<SE2>* optimizer) {
+    for (int k = 1; k < 4; ++k) ASSERT_TRUE(optimizer->AddPrior(k, SE2(k, 2, 0), 1e6 * I).ok());
+  });
+  solve.Await();
+  ASSERT_TRUE(live.RemoveNode(1).ok());
+  ASSERT_TRUE(live.SetPose(3, SE2(3, 7, 0)).ok());
+  EXPECT_EQ(live.Latest()->waiting, 1u);
+  SE2 given;
+  Pause next(&live, [&](Optimizer<SE2>* optimizer) {
+    EXPECT_FALSE(optimizer->HasNode(1));
+    given = *optimizer->GetPose(3);
+  });
+  solve.Release();
+  next.Await();
+  const auto latest = live.Latest();
+  EXPECT_EQ(latest->poses.Find(1), nullptr);
+  EXPECT_NEAR(latest->poses.Find(2)->data()[1], 2, 0.1);
+  EXPECT_NEAR(latest->poses.Find(3)->data()[1], 9, 0.1);
+  EXPECT_LT(given.LocalCoordinates(*latest->poses.Find(3)).norm(), 1e-12);
+  next.Release();
+}
+
+// The last reader of a snapshot does not free it: the next one that is published does.
+TEST(LiveOptimizerTest, SnapshotsAreFreedByTheirWriter) {
+  LiveOptimizer<SE2> live;
+  Pause pause(&live);
+  pause.Await();
+  ASSERT_TRUE(live.AddNode(0, SE2()).ok());
+  auto reader = live.Latest();
+  const std::weak_ptr<const Snapshot<SE2>> snapshot = reader;
+  ASSERT_TRUE(live.AddNode(1, SE2()).ok());
+  reader.reset();
+  EXPECT_FALSE(snapshot.expired());
+  ASSERT_TRUE(live.AddNode(2, SE2()).ok());
+  EXPECT_TRUE(snapshot.expired());
+  pause.Release();
 }
 
 // Every state that is saved while nodes keep arriving is one to go on from.
 TEST(LiveOptimizerTest, SavesMeanwhileAndGoesOnFromIt) {
   const PoseGraph<SE2> graph = MakeWorld(World::kManhattan, 600);
-  const std::string path = testing::TempDir() + "hpgo_live_state";
+  const std::string path = testing::TempDir() + "hpgo_live_state_" + std::to_string(getpid());
   std::atomic<bool> done{false};
   std::vector<std::size_t> sizes;
   {

@@ -9,6 +9,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/replay.h"
 #include "test/optimizer/oracle.h"
 #include "test/solve/small_graphs.h"
 
@@ -173,8 +174,32 @@ TYPED_TEST(MapperCallsTest, TheMotionForWhatIsPosedInTheOldMap) {
   const TypeParam motion = *optimizer.GetPose(5) * before.Inverse();
   EXPECT_GT(this->Distance(motion, TypeParam()), 0.1);
   ASSERT_TRUE(optimizer.RemoveNode(5).ok());
-  EXPECT_LT(this->Distance(optimizer.TakeCorrections().motion, motion), 1e-9);
+  // The node that it was measured from stands for it from then on.
+  const TypeParam at_removal = *optimizer.GetPose(4);
+  ASSERT_TRUE(optimizer.SetPose(4, at_removal.Retract(turn)).ok());
+  const TypeParam later = *optimizer.GetPose(4) * at_removal.Inverse();
+  EXPECT_LT(this->Distance(optimizer.TakeCorrections().motion, later * motion), 1e-9);
   EXPECT_LT(this->Distance(optimizer.TakeCorrections().motion, TypeParam()), 1e-9);
+}
+
+// Without an edge, the newest node that there is stands for it.
+TYPED_TEST(MapperCallsTest, TheMotionOfANodeThatGoesWithoutEdges) {
+  auto& optimizer = this->optimizer_;
+  ASSERT_TRUE(optimizer.AddNode(0, TypeParam()).ok());
+  ASSERT_TRUE(optimizer.AddNode(1, TypeParam()).ok());
+  optimizer.TakeCorrections();
+  const TypeParam motion = RandomPose<TypeParam>(&this->rng_, 1, 1);
+  ASSERT_TRUE(optimizer.SetPose(1, motion).ok());
+  ASSERT_TRUE(optimizer.AddNode(2, TypeParam()).ok());
+  ASSERT_TRUE(optimizer.RemoveNode(1).ok());
+  EXPECT_LT(this->Distance(optimizer.TakeCorrections().motion, motion), 1e-9);
+}
+
+TYPED_TEST(MapperCallsTest, TheFirstCorrectionsAreAllPoses) {
+  auto& optimizer = this->optimizer_;
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(optimizer.AddNode(k, TypeParam()).ok());
+  EXPECT_EQ(optimizer.TakeCorrections().moved.size(), 3u);
+  EXPECT_TRUE(optimizer.TakeCorrections().moved.empty());
 }
 
 // An update between a node and its first edge: the client's pose is not thrown away.
@@ -221,24 +246,16 @@ TYPED_TEST(MapperCallsTest, NodesPosedInAStaleEstimateAreTakenInAtOnce) {
   const SyntheticGraph<TypeParam> world = *GenerateGraph<TypeParam>(options);
   for (const int batch : {1, 50}) {
     auto optimizer = Optimizer<TypeParam>();
-    std::vector<std::vector<int>> edges_of(options.nodes);
-    for (int e = 0; e < static_cast<int>(world.graph.edges().size()); ++e) {
-      const auto& edge = world.graph.edges()[e];
-      edges_of[std::max(edge.i, edge.j)].push_back(e);
-    }
     std::vector<TypeParam> stale(options.nodes);
-    for (int k = 0; k < options.nodes; ++k) {
-      for (const int e : edges_of[k]) {
-        const auto& edge = world.graph.edges()[e];
-        if (edge.i == k - 1 && edge.j == k)
-          stale[k] = (stale[k - 1] * edge.measurement).Normalized();
-      }
-      ASSERT_TRUE(optimizer.AddNode(k, stale[k]).ok());
-      for (const int e : edges_of[k]) {
-        const auto& edge = world.graph.edges()[e];
-        ASSERT_TRUE(optimizer.AddEdge(edge.i, edge.j, edge.measurement, edge.information).ok());
-      }
-      if (k % batch == batch - 1) optimizer.Update();
+    int count = 0;
+    for (const ReplayStep& step : ReplaySteps(world.graph)) {
+      stale[step.node] =
+          StartPose<TypeParam>(world.graph, step, [&](int node) -> Result<TypeParam> {
+            return stale[node];
+          })->Normalized();
+      ASSERT_TRUE(
+          AddStep<TypeParam>(world.graph, step, stale[step.node], nullptr, &optimizer).ok());
+      if (++count % batch == 0) optimizer.Update();
     }
     EXPECT_LT(Gap(optimizer), 0.5) << batch;
   }

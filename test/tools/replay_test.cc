@@ -565,6 +565,10 @@ TEST_F(ReplayCommandTest, ResumesWithTheSameBits) {
   ASSERT_EQ(result.exit_code, kExitOk) << result.err;
   EXPECT_THAT(result.err, HasSubstr("resumed " + state + " at 350 nodes"));
   EXPECT_TRUE(ReadFile(resumed) == ReadFile(whole));
+  // Of the comparisons, those behind it.
+  const json figures = Replay(graph, {"--resume=" + state, "--compare_full=25,50,75,100"});
+  ASSERT_EQ(figures["comparisons"].size(), 2u);
+  EXPECT_EQ(figures["comparisons"][0]["percent"], 75);
 }
 
 TEST_F(ReplayCommandTest, RefusesStatesThatDoNotFit) {
@@ -586,6 +590,11 @@ TEST_F(ReplayCommandTest, RefusesStatesThatDoNotFit) {
   result = RunProgram({"replay", graph, "--save_every=5"});
   EXPECT_EQ(result.exit_code, kExitUsage);
   EXPECT_THAT(result.err, HasSubstr("--save_every needs --save"));
+  for (const char* flag : {"--compare_at=closures", "--stale_poses=2"}) {
+    result = RunProgram({"replay", graph, "--quiet", "--resume=" + state, flag});
+    EXPECT_EQ(result.exit_code, kExitUsage);
+    EXPECT_THAT(result.err, HasSubstr("does not go with --resume")) << flag;
+  }
 }
 
 }  // namespace
