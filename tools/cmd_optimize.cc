@@ -114,6 +114,13 @@ void DescribeResult(const hpgo::FullSolveReport& report) {
     }
   }
   Message(init);
+  if (!report.undetermined.empty()) {
+    const std::string first = std::to_string(report.undetermined.front());
+    Warn((report.undetermined.size() == 1 ? "node " + first + " is not determined"
+                                          : Plural(report.undetermined.size(), "node") +
+                                                " are not determined, the first of them " + first) +
+         ": what is measured leaves a direction open");
+  }
   Message("chi2 " + FormatNumber(report.chi2_before) + " -> " +
           Bold(FormatNumber(report.chi2_after)) + " (" + ConventionText() + ")");
   if (FLAGS_loss != "none") {
@@ -174,6 +181,10 @@ ordered_json ResultJson(const hpgo::FullSolveReport& report) {
           {"loop_closures", report.loop_closures},
           {"held_nodes", report.held_nodes},
           {"anchored_nodes", report.anchored},
+          {"undetermined_nodes", report.undetermined.size()},
+          {"first_undetermined_node", report.undetermined.empty()
+                                          ? ordered_json(nullptr)
+                                          : ordered_json(report.undetermined.front())},
           {"init", hpgo::InitMethodName(report.init)},
           {"init_candidates", candidates},
           {"runs", report.runs},

@@ -188,6 +188,10 @@ int Run(const std::vector<std::string>& arguments) {
   if ((input == "-") + (FLAGS_reference == "-") + (FLAGS_resume == "-") > 1) {
     return FailUsage("only one file can be the standard input");
   }
+  if (!FLAGS_summary_csv.empty()) {
+    const hpgo::Status fits = CheckSummaryCsv(FLAGS_summary_csv);
+    if (!fits.ok()) return Fail(fits);
+  }
   const Clock::time_point begin = Clock::now();
   hpgo::Result<hpgo::AnyGraphFile> file = ReadGraph(input, nullptr);
   if (!file.ok()) return Fail(file.status());

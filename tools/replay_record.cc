@@ -144,6 +144,30 @@ std::vector<std::pair<std::string, std::string>> SummaryColumns(const ReplayFigu
   return columns;
 }
 
+// What a table with these columns holds already: the header at least.
+hpgo::Result<std::string> OldSummaries(const std::string& header, const std::string& path) {
+  struct stat ignored = {};
+  if (stat(path.c_str(), &ignored) != 0) return header;
+  const hpgo::Result<hpgo::InputText> old = hpgo::InputText::Read(path);
+  if (!old.ok()) return old.status();
+  if (old->text().empty()) return header;
+  if (old->text().substr(0, header.size()) != header) {
+    return hpgo::Status(hpgo::StatusCode::kMalformed,
+                        path + ":1: has other columns than a summary of hpgo replay");
+  }
+  return std::string(old->text());
+}
+
+// Lines of CSV: the names of the columns, and the values.
+std::pair<std::string, std::string> SummaryLines(const ReplayFigures& figures) {
+  std::string header, line;
+  for (const auto& [name, value] : SummaryColumns(figures)) {
+    header += (header.empty() ? "" : ",") + name;
+    line += (line.empty() ? "" : ",") + value;
+  }
+  return {header + "\n", line + "\n"};
+}
+
 }  // namespace
 
 ordered_json ReplayJson(const ReplayFigures& figures) {
@@ -211,24 +235,17 @@ ordered_json ReplayJson(const ReplayFigures& figures) {
   return json;
 }
 
+hpgo::Status CheckSummaryCsv(const std::string& path) {
+  ReplayFigures none;
+  none.statistics = SummarizeUpdates({});
+  return OldSummaries(SummaryLines(none).first, path).status();
+}
+
 hpgo::Status AppendSummaryCsv(const ReplayFigures& figures, const std::string& path) {
-  std::string header, line;
-  for (const auto& [name, value] : SummaryColumns(figures)) {
-    header += (header.empty() ? "" : ",") + name;
-    line += (line.empty() ? "" : ",") + value;
-  }
-  std::string text = header + "\n";
-  struct stat ignored = {};
-  if (path != "-" && stat(path.c_str(), &ignored) == 0) {
-    const hpgo::Result<hpgo::InputText> old = hpgo::InputText::Read(path);
-    if (!old.ok()) return old.status();
-    if (!old->text().empty() && old->text().substr(0, text.size()) != text) {
-      return hpgo::Status(hpgo::StatusCode::kMalformed,
-                          path + ":1: has other columns than a summary of hpgo replay");
-    }
-    if (!old->text().empty()) text = old->text();
-  }
-  return hpgo::WriteTextFile(path, text + line + "\n");
+  const auto [header, line] = SummaryLines(figures);
+  const hpgo::Result<std::string> old = OldSummaries(header, path);
+  if (!old.ok()) return old.status();
+  return hpgo::WriteTextFile(path, *old + line);
 }
 
 }  // namespace hpgo_cli

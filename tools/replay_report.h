@@ -58,7 +58,8 @@ void PrintReplay(const ReplayFigures& figures,
 nlohmann::ordered_json ReplayJson(const ReplayFigures& figures);
 
 // Adds a line with these figures to a CSV file; writes its header first where there is no such
-// file. kMalformed if the file has another header.
+// file. kMalformed if the file has another header, which CheckSummaryCsv finds before a replay.
+hpgo::Status CheckSummaryCsv(const std::string& path);
 hpgo::Status AppendSummaryCsv(const ReplayFigures& figures, const std::string& path);
 
 }  // namespace hpgo_cli

@@ -3,6 +3,7 @@
 
 #include "Eigen/Geometry"
 #include "Eigen/SVD"
+#include "hpgo/graph/validate.h"
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/input_text.h"
 #include "hpgo/io/line_fields.h"
@@ -77,8 +78,7 @@ class PoseListParser {
                   "quaternion of length " + ShortNumber(norm) + " normalized",
                   FieldSpan(line_, 4, 4));
     }
-    trajectory_.stamps.push_back(numbers_[0]);
-    trajectory_.poses.push_back(pose);
+    if (Take(pose)) trajectory_.stamps.push_back(numbers_[0]);
   }
 
   void TakeKitti() {
@@ -92,7 +92,17 @@ class PoseListParser {
       log_.Oddity(WarningKind::kQuaternion, counts_.lines,
                   "rotation matrix off by " + ShortNumber(off) + " made one", line_);
     }
-    trajectory_.poses.emplace_back(m.col(3), Eigen::Quaterniond(R).normalized());
+    Take(SE3(m.col(3), Eigen::Quaterniond(R).normalized()));
+  }
+
+  bool Take(const SE3& pose) {
+    const std::string problem = PoseProblem(pose);
+    if (problem.empty()) {
+      trajectory_.poses.push_back(pose);
+    } else {
+      Fail("pose " + problem, line_);
+    }
+    return problem.empty();
   }
 
   void Fail(const std::string& what, std::string_view offending) {

@@ -107,17 +107,7 @@ class BlockSolver : public SubproblemSolver<G> {
     double promised = std::numeric_limits<double>::infinity();
   };
 
-  // A direction that nothing measures has a row of zeros: it stays where it is.
-  double Linearize() {
-    const double cost = system_.Linearize();
-    for (int k = 0; k < problem_->num_free; ++k) {
-      auto block = system_.Diagonal(k);
-      for (int c = 0; c < G::kDof; ++c) {
-        if (block(c, c) == 0) block(c, c) = 1;
-      }
-    }
-    return cost;
-  }
+  double Linearize() { return system_.Linearize(Unmeasured::kHeld); }
 
   // The Gauss-Newton step; where that overshoots a shorter one, which costs no factorization; then
   // more and more damping until the cost falls.

@@ -9,6 +9,33 @@ using ceres_costs::QuadraticModel;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
 
+namespace {
+
+// So stiff is a factor at least, of what it measures in the same direction, and of what it measures
+// of the kind (translation or rotation) for rounding not to move it.
+constexpr double kHold = 1e-12, kRounding = 1e-14;
+
+// Relative to the factor's other pose, not to the world: a long chain, which bends easily, is not
+// held.
+template <typename G>
+void Hold(typename G::Matrix* A) {
+  constexpr int D = G::kDof, d = G::kDim;
+  const double translation = A->diagonal().template head<d>().maxCoeff();
+  const double rotation = A->diagonal().template tail<D - d>().maxCoeff();
+  const double any = std::max(translation, rotation);
+  for (int c = 0; c < D; ++c) {
+    const double kind = c < d ? translation : rotation;
+    double& a = (*A)(c, c);
+    if (kind > 0) {
+      a += std::max(kHold * a, kRounding * kind);
+    } else {
+      a += any > 0 ? kHold * any : 1;
+    }
+  }
+}
+
+}  // namespace
+
 template <typename G>
 void BlockSystem<G>::Analyze(const Subproblem<G>* problem) {
   problem_ = problem;
@@ -47,7 +74,7 @@ void BlockSystem<G>::FindPairs() {
 }
 
 template <typename G>
-double BlockSystem<G>::Linearize() {
+double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
   cholesky_.SetZero();
   gradient_.assign(static_cast<std::size_t>(problem_->num_free) * D, 0.);
   double cost = 0;
@@ -58,6 +85,7 @@ double BlockSystem<G>::Linearize() {
     const G Y = RelativePose(factor, problem_->poses);
     if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
     cost += at_j.cost;
+    if (unmeasured == Unmeasured::kHeld) Hold<G>(&at_j.A);
     if (IsFree(factor.j)) {
       Diagonal(factor.j) += at_j.A;
       Vector(&gradient_[static_cast<std::size_t>(factor.j) * D]) += at_j.b;
@@ -74,6 +102,12 @@ double BlockSystem<G>::Linearize() {
       block -= cross;
     } else {
       block -= cross.transpose();
+    }
+  }
+  if (unmeasured == Unmeasured::kHeld) {
+    for (int k = 0; k < problem_->num_free; ++k) {  // without a factor
+      auto diagonal = Diagonal(k).diagonal();
+      if (diagonal.isZero(0)) diagonal.setOnes();
     }
   }
   return cost;

@@ -10,6 +10,11 @@
 
 namespace hpgo {
 
+// What becomes of directions that no factor measures: left open, H is singular; held, every factor
+// is a little stiff in every direction, so that its poses stay as they are to each other there. No
+// optimum moves by that.
+enum class Unmeasured { kOpen, kHeld };
+
 // H d = -g with H = sum J' Omega J and g = sum J' Omega e over the free poses, under right
 // perturbations. Keeps its storage between uses. Not synchronized.
 template <typename G>
@@ -22,7 +27,7 @@ class BlockSystem {
   // Finds the structure and orders it. `problem` must outlive this.
   void Analyze(const Subproblem<G>* problem);
   // Fills H and g at the current poses. The cost, NaN where a custom cost fails.
-  double Linearize();
+  double Linearize(Unmeasured unmeasured);
   // Factors H + damping diag(H); false if that is not positive definite.
   bool Factorize(double damping) { return cholesky_.Factor(damping); }
   // Solves with the factor: step holds D numbers a free pose.

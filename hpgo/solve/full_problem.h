@@ -27,6 +27,7 @@ class FullProblem {
   void SetPoses(const std::vector<G>& poses);
   const G& pose(int node) const { return subproblem_.poses[slots_[node]]; }
   bool is_free(int node) const { return slots_[node] < subproblem_.num_free; }
+  int slot(int node) const { return slots_[node]; }  // among the subproblem's poses
 
   // Another loss for the edges that have one.
   void SetLoss(const ceres::LossFunction* loss);

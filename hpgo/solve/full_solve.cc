@@ -14,6 +14,7 @@
 #include "hpgo/solve/full_problem.h"
 #include "hpgo/solve/graduated_loss.h"
 #include "hpgo/solve/solver_factory.h"
+#include "hpgo/solve/undetermined.h"
 
 namespace hpgo {
 namespace {
@@ -131,7 +132,9 @@ class FullSolve {
       status = SearchFurther();
     }
     report_.solve_seconds = SecondsSince(begin);
-    if (!best_.empty()) Take();
+    if (best_.empty()) return status;
+    Take();
+    NoteUndetermined();
     return status;
   }
 
@@ -312,6 +315,15 @@ class FullSolve {
       trust.push_back(1 / (1 + e.dot(edge.information * e) / G::kDof));
     }
     return trust;
+  }
+
+  void NoteUndetermined() {
+    problem_->SetPoses(best_);
+    std::vector<bool> undetermined(graph_.nodes().size(), false);
+    for (const int slot : FindUndetermined(*problem_->subproblem())) undetermined[slot] = true;
+    for (int i = 0; i < static_cast<int>(graph_.nodes().size()); ++i) {
+      if (undetermined[problem_->slot(i)]) report_.undetermined.push_back(graph_.nodes()[i].id);
+    }
   }
 
   // The best poses become the graph's.

@@ -69,6 +69,9 @@ struct FullSolveReport {
   int held_nodes = 0;            // fixed ones, and one of each component that nothing anchors
   std::vector<NodeId> anchored;  // those of them that are not fixed
   int iterations = 0;            // of all runs
+  // Those that could move without a change of the linearized objective, in the graph's order; see
+  // undetermined.h.
+  std::vector<NodeId> undetermined;
   double init_seconds = 0;
   double solve_seconds = 0;
   double seconds = 0;  // all of it

@@ -41,7 +41,7 @@ Result<Eigen::MatrixXd> JointCovariance(const Subproblem<G>& problem,
   constexpr double kDamping = 1e-9, kMoreDamping = 1e-8, kSame = 1e-3;
   BlockSystem<G> system;
   system.Analyze(&problem);
-  if (!std::isfinite(system.Linearize())) {
+  if (!std::isfinite(system.Linearize(Unmeasured::kOpen))) {
     return Status(StatusCode::kNoSolution, "the cost is not finite at the estimate");
   }
   if (system.Factorize(0)) return Columns(system, problem.num_free, indices);

@@ -109,6 +109,10 @@ TEST(Trajectory, MalformedLinesAreErrors) {
             "f:1: not a rotation matrix: '1 0 0 0 0 1 0 0 0 0 -1 0'");
   EXPECT_EQ(ReadText("2 0 0 0 0 1 0 0 0 0 1 0\n").status().message(),
             "f:1: not a rotation matrix: '2 0 0 0 0 1 0 0 0 0 1 0'");
+  EXPECT_EQ(ReadText("0 1e60 0 0 0 0 0 1\n").status().message(),
+            "f:1: pose is too large: '0 1e60 0 0 0 0 0 1'");
+  EXPECT_EQ(ReadText("1 0 0 1e60 0 1 0 0 0 0 1 0\n").status().message(),
+            "f:1: pose is too large: '1 0 0 1e60 0 1 0 0 0 0 1 0'");
   EXPECT_EQ(ReadText("# none\n", TrajectoryFormat::kTum).status().message(), "f: holds no pose");
   EXPECT_EQ(ReadText("VERTEX_SE2 0 0 0\n").status().code(), StatusCode::kMalformed);
 }

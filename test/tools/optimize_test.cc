@@ -1,5 +1,7 @@
 // hpgo optimize as a shell sees it: exit codes, streams, files, Ctrl-C.
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <string>
 
 #include "gmock/gmock.h"
@@ -43,6 +45,53 @@ TEST(OptimizeCommandTest, OptimizesAFile) {
   EXPECT_NEAR(json.at("chi2_after").get<double>(), 0.03, 1e-9);
   // Nothing but what was asked for is left behind.
   EXPECT_THAT(directory.List(), ElementsAre("in.g2o", "out.g2o", "stats.json"));
+}
+
+// No edge measures a rotation: chi2 0 is reached in many ways, and that is said.
+TEST(OptimizeCommandTest, NodesThatNothingDeterminesAreNamed) {
+  const TemporaryDirectory directory;
+  const std::string stats = directory.File("stats.json");
+  ProgramOptions options;
+  options.input =
+      "VERTEX_SE2 0 0 0 0\nFIX 0\nVERTEX_SE2 1 2 3.1 0\n"
+      "VERTEX_SE2 2 1.9 5 0\nVERTEX_SE2 3 6 7 0\n"
+      "EDGE_SE2 0 1 2 3 0 4 0 0 4 0 0\nEDGE_SE2 1 2 0 2 0 4 0 0 4 0 0\n"
+      "EDGE_SE2 2 3 4 2 0 4 0 0 4 0 0\nEDGE_SE2 3 0 -6.5 7.2 0 4 0 0 4 0 0\n";
+  for (const char* engine : {"--engine=block", "--engine=ceres"}) {
+    const ProgramResult result =
+        RunProgram({"optimize", "-", engine, "--stats_json=" + stats}, options);
+    EXPECT_EQ(result.exit_code, hpgo_cli::kExitOk) << result.err;
+    EXPECT_THAT(result.err,
+                HasSubstr("warning: 3 nodes are not determined, the first of them 1: "));
+    const auto json = nlohmann::json::parse(ReadFile(stats));
+    EXPECT_EQ(json.at("undetermined_nodes"), 3);
+    EXPECT_EQ(json.at("first_undetermined_node"), 1);
+  }
+}
+
+// Two edges of rank one: what they leave open stays where it is, within what the rest moves it.
+TEST(OptimizeCommandTest, DirectionsThatNothingMeasuresDoNotRunAway) {
+  ProgramOptions options;
+  options.input =
+      "VERTEX_SE2 0 0 0 0\n"
+      "VERTEX_SE2 1 0.6656 -0.7062 -0.3825\n"
+      "VERTEX_SE2 2 0.7791 -1.8584 0.0266\n"
+      "EDGE_SE2 0 1 0.6656 -0.7062 -0.3825 0 0 0 100 0 0\n"
+      "EDGE_SE2 1 2 0.5353 -1.0265 0.4091 100 0 0 0 0 100\n"
+      "EDGE_SE2 0 2 0.8069 -1.8383 -0.0213 100 0 0 0 0 100\n";
+  for (const char* engine : {"--engine=block", "--engine=ceres"}) {
+    for (const char* init : {"--init=file", "--init=odometry"}) {
+      const ProgramResult result =
+          RunProgram({"optimize", "-", engine, init, "--output=-"}, options);
+      EXPECT_EQ(result.exit_code, hpgo_cli::kExitOk) << result.err;
+      EXPECT_THAT(result.err, HasSubstr("warning: node 2 is not determined: "));
+      double x = 0, y = 0;
+      const std::size_t line = result.out.find("VERTEX_SE2 2 ");
+      ASSERT_NE(line, std::string::npos);
+      ASSERT_EQ(std::sscanf(result.out.c_str() + line, "VERTEX_SE2 2 %lf %lf", &x, &y), 2);
+      EXPECT_LT(std::hypot(x - 0.78, y + 1.86), 1) << engine << init << ": " << x << ", " << y;
+    }
+  }
 }
 
 TEST(OptimizeCommandTest, QuietSaysNothing) {

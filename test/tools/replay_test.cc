@@ -461,6 +461,9 @@ TEST_F(ReplayCommandTest, AddsLinesToATable) {
   EXPECT_THAT(result.err,
               HasSubstr("error: " + other + ":1: has other columns than a summary of hpgo replay"));
   EXPECT_EQ(ReadFile(other), "a,b\n1,2\n");
+  // Found before the work, as the missing input tells.
+  EXPECT_EQ(RunProgram({"replay", "nowhere.g2o", "--summary_csv=" + other}).exit_code,
+            kExitMalformed);
 }
 
 TEST_F(ReplayCommandTest, TheProgressLineIsForTerminals) {
