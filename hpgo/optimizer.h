@@ -189,6 +189,20 @@ class Optimizer {
   // That of T_i_j = X_i^-1 X_j, under a right perturbation of it; likewise.
   Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
 
+  // The same in bounded time, from at most so many kept nodes (more only where the way to what
+  // holds them is longer): those around the nodes, and around the way from what holds the first, or
+  // from one to the other; chains are one edge, whatever their length. What lies beyond counts for
+  // nothing, so that the covariance is never below the exact one but by what chains, linearized a
+  // little off, make of it. As of the last update; nodes without an edge then are kNoSolution.
+  struct CovarianceEstimate {
+    Matrix covariance;
+    bool exact = false;  // nothing was left out
+    int nodes = 0;       // that were solved for
+  };
+  Result<CovarianceEstimate> BoundedMarginalCovariance(NodeId id, int max_nodes = 800) const;
+  Result<CovarianceEstimate> BoundedRelativeCovariance(NodeId i, NodeId j,
+                                                       int max_nodes = 800) const;
+
   // A level as a ceres::Problem at the current estimate, with its values and the way from nodes to
   // blocks: hpgo/ceres/level_problem.h. Levels are those of `hierarchy()` after the last update:
   // level 0 is the kept nodes. O(nodes of the level). kInvalidArgument where there is no such

@@ -52,8 +52,6 @@ typename Optimizer<G>::Corrections Optimizer<G>::TakeCorrections(double distance
   return impl_->TakeCorrections(distance, angle);
 }
 
-template class Optimizer<SE2>::Impl;
-template class Optimizer<SE3>::Impl;
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
 

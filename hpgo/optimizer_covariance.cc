@@ -1,9 +1,43 @@
-// Optimizer: exact covariances.
+// Optimizer: covariances, exact and in bounded time.
 
 #include "hpgo/optimizer_impl.h"
 #include "hpgo/solve/marginal.h"
+#include "hpgo/solve/neighborhood.h"
 
 namespace hpgo {
+namespace {
+
+// Of a pose of a problem; of a constant one 0: it is known exactly.
+template <typename G>
+Result<typename G::Matrix> CovarianceAt(const Subproblem<G>& problem, int index) {
+  using Matrix = typename G::Matrix;
+  return index < problem.num_free ? MarginalCovariance(problem, index)
+                                  : Result<Matrix>(Matrix(Matrix::Zero()));
+}
+
+// With right perturbations d_i, d_j of the poses, that of T = X_i^-1 X_j is d_j - Ad(T^-1) d_i.
+template <typename G>
+Result<typename G::Matrix> CovarianceBetween(const Subproblem<G>& problem, int i, int j) {
+  using Matrix = typename G::Matrix;
+  constexpr int D = G::kDof;
+  const G T = problem.poses[i].Between(problem.poses[j]);
+  std::vector<int> indices;
+  Eigen::Matrix<double, D, Eigen::Dynamic> J(D, 0);
+  const auto add = [&](int index, const Matrix& jacobian) {
+    if (index >= problem.num_free) return;  // held: known exactly
+    indices.push_back(index);
+    J.conservativeResize(D, J.cols() + D);
+    J.template rightCols<D>() = jacobian;
+  };
+  add(i, -T.Inverse().Adjoint());
+  add(j, Matrix::Identity());
+  if (indices.empty()) return Matrix(Matrix::Zero());
+  const Result<Eigen::MatrixXd> joint = JointCovariance(problem, indices);
+  if (!joint.ok()) return joint.status();
+  return Matrix(J * *joint * J.transpose());
+}
+
+}  // namespace
 
 // All that the nodes hang together with, up to constant nodes: the free poses first. O(component).
 template <typename G>
@@ -46,36 +80,48 @@ Result<typename G::Matrix> Optimizer<G>::Impl::MarginalCovariance(NodeId id) con
   if (!node.ok()) return node.status();
   std::unordered_map<Index, int> position;
   const Subproblem<G> problem = ComponentsOf({*node}, &position);
-  const int index = position.at(*node);
-  if (index >= problem.num_free) return Matrix(Matrix::Zero());  // it is held: known exactly
-  return hpgo::MarginalCovariance(problem, index);
+  return CovarianceAt(problem, position.at(*node));
 }
 
-// With right perturbations d_i, d_j of the poses, that of T = X_i^-1 X_j is d_j - Ad(T^-1) d_i.
 template <typename G>
 Result<typename G::Matrix> Optimizer<G>::Impl::RelativeCovariance(NodeId i, NodeId j) const {
-  constexpr int D = G::kDof;
   const Result<Index> a = FindNode(i), b = FindNode(j);
   if (!a.ok()) return a.status();
   if (!b.ok()) return b.status();
   if (i == j) return Matrix(Matrix::Zero());
   std::unordered_map<Index, int> position;
   const Subproblem<G> problem = ComponentsOf({*a, *b}, &position);
-  const G T = graph_.WorldPose(*a).Between(graph_.WorldPose(*b));
-  std::vector<int> indices;
-  Eigen::Matrix<double, D, Eigen::Dynamic> J(D, 0);
-  const auto add = [&](Index node, const Matrix& jacobian) {
-    if (position.at(node) >= problem.num_free) return;  // held: known exactly
-    indices.push_back(position.at(node));
-    J.conservativeResize(D, J.cols() + D);
-    J.template rightCols<D>() = jacobian;
-  };
-  add(*a, -T.Inverse().Adjoint());
-  add(*b, Matrix::Identity());
-  if (indices.empty()) return Matrix(Matrix::Zero());
-  const Result<Eigen::MatrixXd> joint = JointCovariance(problem, indices);
-  if (!joint.ok()) return joint.status();
-  return Matrix(J * *joint * J.transpose());
+  return CovarianceBetween(problem, position.at(*a), position.at(*b));
+}
+
+template <typename G>
+Result<typename Optimizer<G>::CovarianceEstimate> Optimizer<G>::Impl::BoundedMarginalCovariance(
+    NodeId id, int max_nodes) const {
+  const Result<Index> node = FindNode(id);
+  if (!node.ok()) return node.status();
+  if (graph_.IsHeld(*node)) return CovarianceEstimate{Matrix::Zero(), true, 0};
+  Neighborhood<G> near;
+  const Status status = FindNeighborhood<G>({*node}, max_nodes, &graph_, &near);
+  if (!status.ok()) return status;
+  const Result<Matrix> covariance = CovarianceAt(near.problem(), near.indices[0]);
+  if (!covariance.ok()) return covariance.status();
+  return CovarianceEstimate{*covariance, near.whole, near.problem().num_free};
+}
+
+template <typename G>
+Result<typename Optimizer<G>::CovarianceEstimate> Optimizer<G>::Impl::BoundedRelativeCovariance(
+    NodeId i, NodeId j, int max_nodes) const {
+  const Result<Index> a = FindNode(i), b = FindNode(j);
+  if (!a.ok()) return a.status();
+  if (!b.ok()) return b.status();
+  if (i == j) return CovarianceEstimate{Matrix::Zero(), true, 0};
+  Neighborhood<G> near;
+  const Status status = FindNeighborhood<G>({*a, *b}, max_nodes, &graph_, &near);
+  if (!status.ok()) return status;
+  const Result<Matrix> covariance =
+      CovarianceBetween(near.problem(), near.indices[0], near.indices[1]);
+  if (!covariance.ok()) return covariance.status();
+  return CovarianceEstimate{*covariance, near.whole, near.problem().num_free};
 }
 
 template <typename G>
@@ -87,8 +133,17 @@ Result<typename G::Matrix> Optimizer<G>::RelativeCovariance(NodeId i, NodeId j) 
   return impl_->RelativeCovariance(i, j);
 }
 
-template class Optimizer<SE2>::Impl;
-template class Optimizer<SE3>::Impl;
+template <typename G>
+Result<typename Optimizer<G>::CovarianceEstimate> Optimizer<G>::BoundedMarginalCovariance(
+    NodeId id, int max_nodes) const {
+  return impl_->BoundedMarginalCovariance(id, max_nodes);
+}
+template <typename G>
+Result<typename Optimizer<G>::CovarianceEstimate> Optimizer<G>::BoundedRelativeCovariance(
+    NodeId i, NodeId j, int max_nodes) const {
+  return impl_->BoundedRelativeCovariance(i, j, max_nodes);
+}
+
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
 

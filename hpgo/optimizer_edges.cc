@@ -77,8 +77,6 @@ Status Optimizer<G>::UpdateEdge(EdgeId edge, const G& measurement, const Matrix&
                            &loss);
 }
 
-template class Optimizer<SE2>::Impl;
-template class Optimizer<SE3>::Impl;
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
 

@@ -73,6 +73,8 @@ class Optimizer<G>::Impl {
   // optimizer_covariance.cc
   Result<Matrix> MarginalCovariance(NodeId id) const;
   Result<Matrix> RelativeCovariance(NodeId i, NodeId j) const;
+  Result<CovarianceEstimate> BoundedMarginalCovariance(NodeId id, int max_nodes) const;
+  Result<CovarianceEstimate> BoundedRelativeCovariance(NodeId i, NodeId j, int max_nodes) const;
 
   const OptimizerOptions& options() const { return options_; }
   const Hierarchy<G>& hierarchy() const { return hierarchy_; }

@@ -81,8 +81,6 @@ Optimizer<G> Optimizer<G>::Clone() const {
   return copy;
 }
 
-template class Optimizer<SE2>::Impl;
-template class Optimizer<SE3>::Impl;
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
 

@@ -26,6 +26,14 @@ struct PlacedEdge {
   }
 };
 
+// A stretch of a chain as a factor between two nodes (kCoarseConvention), what is between them
+// eliminated.
+template <typename G>
+struct Stretch {
+  Index node[2] = {kNone, kNone};
+  ceres_costs::RelativePoseTerm<G> term;
+};
+
 // Owns the graph as its caller sees it, by indices of its own, and the hierarchy over its kept
 // nodes. A node is kept if it is held, has a prior or three edges or more, or an edge that binds:
 // one that closed a loop when it came, or that no chain can hold (a loss, a cost of the caller's,
@@ -125,6 +133,15 @@ class CondensedGraph {
     const Index n = hierarchy_.level(0).edges[level_edge].node[side];
     return n == kNone ? kNone : node_of_level_[n];
   }
+  // The chain that a node is inside of, or the free end of; kNone of any other.
+  Index ChainOfNode(Index node) const;
+  // The ends of a chain; one may be free.
+  Index EndOfChain(Index chain, int side) const { return chains_[chain].node[side]; }
+  // Its edge of level 0; kNone where an end is free.
+  Index LevelEdgeOfChain(Index chain) const { return chains_[chain].level_edge; }
+  // The chain cut at some of its nodes, in order; what hangs free behind the last is left out.
+  // Changes nothing. O(log n) a node.
+  std::vector<Stretch<G>> CutChain(Index chain, const std::vector<Index>& nodes);
   // A kept node of the same component: the node itself, or an end of its chain; kNone if loose or
   // not yet restructured.
   Index KeptNear(Index node) const;

@@ -81,6 +81,13 @@ class SpanTree {
   // An edge given T of the ends of its chain: T_first_previous, and T_previous_next, the
   // conditional means. O(log n).
   SplitPose<G> PoseOf(Index edge, const G& T);
+  // The chain cut behind each of these edges: the pieces in order, and the edge each ends with; the
+  // last one ends with the chain. O(log n) a cut.
+  struct Piece {
+    SpanModel<G> model;
+    Index last = kNone;
+  };
+  std::vector<Piece> Cut(Index root, const std::vector<Index>& behind);
   // visit(edge, Y): in order along the chain, with the conditional means of the relative poses.
   template <typename Visitor>
   void ForEachEdge(Index root, const G& T, Visitor&& visit) {

@@ -11,6 +11,11 @@ Status NotDetermined() {
   return Status(StatusCode::kNoSolution, "the poses are not determined: the Hessian is singular");
 }
 
+Result<Eigen::MatrixXd> InRange(const Eigen::MatrixXd& covariance) {
+  if (covariance.allFinite()) return covariance;
+  return Status(StatusCode::kNoSolution, "the covariance leaves the range of a double");
+}
+
 // The columns of the inverse, by the factor that `system` holds, and their rows at `indices`.
 template <typename G>
 Eigen::MatrixXd Columns(const BlockSystem<G>& system, int num_free,
@@ -44,7 +49,7 @@ Result<Eigen::MatrixXd> JointCovariance(const Subproblem<G>& problem,
   if (!std::isfinite(system.Linearize(Unmeasured::kOpen))) {
     return Status(StatusCode::kNoSolution, "the cost is not finite at the estimate");
   }
-  if (system.Factorize(0)) return Columns(system, problem.num_free, indices);
+  if (system.Factorize(0)) return InRange(Columns(system, problem.num_free, indices));
   bool measured = true;
   for (int node = 0; node < problem.num_free; ++node) {
     for (int d = 0; d < G::kDof; ++d) {
@@ -62,7 +67,7 @@ Result<Eigen::MatrixXd> JointCovariance(const Subproblem<G>& problem,
   for (int k = 0; k < static_cast<int>(less.rows()); ++k) {
     if (!(std::abs(difference(k, k)) <= kSame * less(k, k))) return NotDetermined();
   }
-  return Eigen::MatrixXd(less + difference * (kDamping / (kMoreDamping - kDamping)));
+  return InRange(less + difference * (kDamping / (kMoreDamping - kDamping)));
 }
 
 template <typename G>

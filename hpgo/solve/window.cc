@@ -6,14 +6,14 @@ namespace hpgo {
 
 template <typename G>
 bool Window<G>::Build(int l, const std::vector<Index>& seeds, const WindowLimits& limits,
-                      Hierarchy<G>* hierarchy) {
+                      Hierarchy<G>* hierarchy, Beyond beyond) {
   hierarchy_ = hierarchy;
   level_ = l;
   refused_ = hierarchy->NewStamp();
   stamp_ = hierarchy->NewStamp();
   nodes_.clear();
   Collect(seeds, limits);
-  AddFactors();
+  AddFactors(beyond);
   return subproblem_.num_free > 0;
 }
 
@@ -31,7 +31,7 @@ bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy) {
     node.scratch = static_cast<Index>(nodes_.size());
     nodes_.push_back(n);
   }
-  AddFactors();
+  AddFactors(Beyond::kHeld);
   return subproblem_.num_free > 0;
 }
 
@@ -77,7 +77,7 @@ void Window<G>::Collect(const std::vector<Index>& seeds, const WindowLimits& lim
 }
 
 template <typename G>
-void Window<G>::AddFactors() {
+void Window<G>::AddFactors(Beyond beyond) {
   Level<G>& level = hierarchy_->mutable_level(level_);
   edges_.clear();
   frames_.clear();
@@ -93,6 +93,7 @@ void Window<G>::AddFactors() {
       } else {
         LevelNode<G>& end = level.nodes[other];
         if (end.stamp != stamp_) {
+          if (beyond == Beyond::kLeftOut && end.fixed == 0) return;
           end.stamp = stamp_;
           end.scratch = static_cast<Index>(nodes_.size());
           nodes_.push_back(other);

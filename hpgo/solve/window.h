@@ -14,6 +14,10 @@ struct WindowLimits {
   int max_edges = 1000;  // a seed with more of its own gets a window alone
 };
 
+// What becomes of the nodes beyond the border: they are held, or left out with the edges to them,
+// but for constant ones.
+enum class Beyond { kHeld, kLeftOut };
+
 // Reusable: keeps its storage from window to window. Not synchronized.
 template <typename G>
 class Window {
@@ -22,7 +26,7 @@ class Window {
   // them. Constant nodes (LevelNode::fixed) are border. Where nothing else holds the gauge, the
   // first node is. False if no node is free.
   bool Build(int l, const std::vector<Index>& seeds, const WindowLimits& limits,
-             Hierarchy<G>* hierarchy);
+             Hierarchy<G>* hierarchy, Beyond beyond = Beyond::kHeld);
   // The whole level.
   bool BuildWhole(int l, Hierarchy<G>* hierarchy);
 
@@ -56,7 +60,7 @@ class Window {
  private:
   void Collect(const std::vector<Index>& seeds, const WindowLimits& limits);
   bool TryAdd(Index node, int max_edges);
-  void AddFactors();
+  void AddFactors(Beyond beyond);
   void HoldGauge();
   const G& FrameOf(int l, Index node);
   G Relative(std::size_t k, const std::vector<G>& poses) const {

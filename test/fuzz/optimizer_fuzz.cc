@@ -218,6 +218,10 @@ class Calls {
         const Result<Matrix> covariance = optimizer_.MarginalCovariance(AnyId());
         Note(covariance.status());
         Require(!covariance.ok() || covariance->allFinite(), "the covariance is not finite");
+        const auto bounded = optimizer_.BoundedMarginalCovariance(AnyId(), bytes_.Below(20));
+        Note(bounded.status());
+        Require(!bounded.ok() || bounded->covariance.allFinite(),
+                "the bounded covariance is not finite");
         return;
       }
       case 16:

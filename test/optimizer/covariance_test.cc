@@ -8,11 +8,14 @@
 #include <vector>
 
 #include "Eigen/Core"
+#include "Eigen/Eigenvalues"
 #include "ceres/covariance.h"
 #include "ceres/problem.h"
 #include "ceres_costs/relative_pose_cost.h"
 #include "gtest/gtest.h"
+#include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/optimizer.h"
+#include "hpgo/replay.h"
 #include "test/solve/small_graphs.h"
 
 namespace hpgo {
@@ -88,6 +91,95 @@ TYPED_TEST(CovarianceTest, EqualsThatOfCeres) {
     ASSERT_TRUE(result.ok()) << result.status().ToString();
     EXPECT_LT((*result - relative).norm(), 1e-6 * relative.norm());
   }
+}
+
+// How often the larger of two covariances holds the smaller one, by the worst direction: 1 where
+// they are equal.
+template <typename Matrix>
+double LargestRatio(const Matrix& a, const Matrix& b) {
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> solver(a, b, Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().maxCoeff();
+}
+
+template <typename G>
+Optimizer<G> DriveThroughCity(int nodes) {
+  GenerateOptions options;
+  options.world = World::kCity;
+  options.nodes = nodes;
+  const PoseGraph<G> graph = GenerateGraph<G>(options)->graph;
+  Optimizer<G> optimizer;
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    EXPECT_TRUE(ApplyStep<G>(graph, step, nullptr, &optimizer).ok());
+    optimizer.Update();
+  }
+  EXPECT_TRUE(optimizer.Refine().at_rest);
+  return optimizer;
+}
+
+TYPED_TEST(CovarianceTest, TheBoundedOnesAreExactWhereAllIsInside) {
+  using G = TypeParam;
+  const Optimizer<G> optimizer = DriveThroughCity<G>(1500);
+  // Kept nodes, insides of chains, two of the same chain in both orders, the free end.
+  for (const auto& [i, j] : {std::pair(1499, 3), std::pair(700, 705), std::pair(1203, 1201),
+                             std::pair(0, 1490), std::pair(40, 900)}) {
+    const auto marginal = optimizer.BoundedMarginalCovariance(i);
+    ASSERT_TRUE(marginal.ok()) << marginal.status().ToString();
+    EXPECT_TRUE(marginal->exact);
+    EXPECT_LT(marginal->nodes, 300);
+    const auto expected = *optimizer.MarginalCovariance(i);
+    EXPECT_LE((marginal->covariance - expected).norm(), 1e-4 * expected.norm()) << i;
+    const auto relative = optimizer.BoundedRelativeCovariance(i, j);
+    ASSERT_TRUE(relative.ok()) << relative.status().ToString();
+    EXPECT_TRUE(relative->exact);
+    const auto between = *optimizer.RelativeCovariance(i, j);
+    EXPECT_LE((relative->covariance - between).norm(), 1e-4 * between.norm()) << i << " " << j;
+  }
+}
+
+TYPED_TEST(CovarianceTest, TheBoundedOnesAreUpperBounds) {
+  using G = TypeParam;
+  const Optimizer<G> optimizer = DriveThroughCity<G>(3000);
+  for (const auto& [i, j] : {std::pair(2999, 3), std::pair(1700, 1705), std::pair(40, 2900)}) {
+    for (const int max_nodes : {0, 20, 100}) {
+      const auto marginal = optimizer.BoundedMarginalCovariance(i, max_nodes);
+      ASSERT_TRUE(marginal.ok()) << marginal.status().ToString();
+      EXPECT_FALSE(marginal->exact);
+      EXPECT_LE(LargestRatio(*optimizer.MarginalCovariance(i), marginal->covariance), 1 + 1e-4)
+          << i << ", " << marginal->nodes;
+      const auto relative = optimizer.BoundedRelativeCovariance(i, j, max_nodes);
+      ASSERT_TRUE(relative.ok()) << relative.status().ToString();
+      EXPECT_LE(LargestRatio(*optimizer.RelativeCovariance(i, j), relative->covariance), 1 + 1e-4)
+          << i << " " << j << ", " << relative->nodes;
+    }
+  }
+}
+
+TYPED_TEST(CovarianceTest, BoundedOnesOfWhatIsHeldOrNotThereYet) {
+  using G = TypeParam;
+  Optimizer<G> optimizer;
+  for (int k = 0; k < 6; ++k) ASSERT_TRUE(optimizer.AddNode(k, G()).ok());
+  for (int k = 1; k < 5; ++k) {
+    ASSERT_TRUE(optimizer.AddEdge(k - 1, k, G(), G::Matrix::Identity()).ok());
+  }
+  const auto expect_exact = [&](NodeId id) {
+    const auto bounded = optimizer.BoundedMarginalCovariance(id);
+    ASSERT_TRUE(bounded.ok()) << bounded.status().ToString();
+    EXPECT_TRUE(bounded->exact);
+    EXPECT_LE((bounded->covariance - *optimizer.MarginalCovariance(id)).norm(), 1e-9);
+  };
+  EXPECT_EQ(optimizer.BoundedMarginalCovariance(3).status().code(), StatusCode::kNoSolution);
+  optimizer.Update();
+  expect_exact(3);
+  EXPECT_EQ(optimizer.BoundedMarginalCovariance(5).status().code(), StatusCode::kNoSolution);
+  EXPECT_EQ(optimizer.BoundedRelativeCovariance(2, 5).status().code(), StatusCode::kNoSolution);
+  EXPECT_EQ(optimizer.BoundedMarginalCovariance(9).status().code(), StatusCode::kNotFound);
+  const auto backwards = optimizer.BoundedRelativeCovariance(3, 1);
+  ASSERT_TRUE(backwards.ok()) << backwards.status().ToString();
+  EXPECT_LE((backwards->covariance - *optimizer.RelativeCovariance(3, 1)).norm(), 1e-9);
+  ASSERT_TRUE(optimizer.SetFixed(2, true).ok());
+  optimizer.Update();
+  expect_exact(4);
+  EXPECT_EQ(optimizer.BoundedMarginalCovariance(2)->covariance.norm(), 0);
 }
 
 }  // namespace
