@@ -17,7 +17,7 @@ inline constexpr int kMostDisturbedEdges = 64;
 
 // --- A solve of a window.
 // Taus by which a step misses what its linearization promised for another one to be worth it.
-inline constexpr double kTausMissedForAnother = 10;
+inline constexpr double kTausMissedForAnother = 1000;
 // Where a step raises the cost with chains linearized where it ends: the part of it that is tried
 // next, by a cubic through what is known, within these; and the shortest part.
 inline constexpr double kLeastPartTriedNext = 0.1, kMostPartTriedNext = 0.5;
