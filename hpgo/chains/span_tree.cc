@@ -389,7 +389,11 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     const bool is_worse = arrived ? !(settled.gained >= 0) : !(settled.turn <= kReach);
     if (is_worse) {
       Undo(settled);
-      if (arrived) break;
+      if (arrived) {
+        const Index middle = settled.before[settled.before.size() / 2].first;
+        twisted_.push_back(edges_[middle].edge);
+        break;
+      }
       part *= kShorter;
       continue;
     }

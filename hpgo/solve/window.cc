@@ -183,11 +183,8 @@ void Window<G>::Restart() {
 }
 
 template <typename G>
-void Window<G>::Scale(double factor) {
-  for (int k = 0; k < subproblem_.num_free; ++k) {
-    G& pose = subproblem_.poses[k];
-    pose = before_[k].Retract(factor * before_[k].LocalCoordinates(pose));
-  }
+void Window<G>::TakeBack() {
+  subproblem_.poses = before_;
 }
 
 template <typename G>

@@ -52,8 +52,8 @@ class Window {
   // For another solve of what is there: what has been committed, its chains refreshed, is where it
   // begins.
   void Restart();
-  // Makes the motions of the free poses since Build `factor` times as long.
-  void Scale(double factor);
+  // Puts the poses back to where the solve began.
+  void TakeBack();
   // Writes the free poses into the hierarchy.
   void Commit(Hierarchy<G>* hierarchy) const;
 

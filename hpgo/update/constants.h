@@ -18,10 +18,6 @@ inline constexpr int kMostDisturbedEdges = 64;
 // --- A solve of a window.
 // Taus by which a step misses what its linearization promised for another one to be worth it.
 inline constexpr double kTausMissedForAnother = 1000;
-// Where a step raises the cost with chains linearized where it ends: the part of it that is tried
-// next, by a cubic through what is known, within these; and the shortest part.
-inline constexpr double kLeastPartTriedNext = 0.1, kMostPartTriedNext = 0.5;
-inline constexpr double kShortestPart = 1e-3;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
 inline constexpr double kHalfTurnToAskBelow = 0.025;

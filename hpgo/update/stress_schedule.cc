@@ -17,11 +17,7 @@ template <typename G>
 class StressSchedule {
  public:
   StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report)
-      : tools_(tools),
-        plan_(plan),
-        hierarchy_(tools.graph.hierarchy()),
-        report_(report),
-        had_window_(hierarchy_.num_levels(), false) {}
+      : tools_(tools), plan_(plan), hierarchy_(tools.graph.hierarchy()), report_(report) {}
 
   bool Run();
 
@@ -34,7 +30,6 @@ class StressSchedule {
   }
   bool IsStopped(int l) const;
   FoundWork Search(int l);
-  std::vector<Index> SeedsFor(int l, const FoundWork& work);
   int Serve(int l, int max_solves);
   int SolveToRest(double worth, int max_solves, double* total_seconds);
 
@@ -42,7 +37,6 @@ class StressSchedule {
   const UpdatePlan& plan_;
   Hierarchy<G>& hierarchy_;
   UpdateReport* report_;
-  std::vector<bool> had_window_;  // by level
 };
 
 template <typename G>
@@ -64,22 +58,6 @@ FoundWork StressSchedule<G>::Search(int l) {
   } while (!work.found && plan_.budget.IsUncapped() && !plan_.budget.IsStopped() &&
            Pending(l) > plan_.thresholds.pending);
   return work;
-}
-
-// Near a new edge, all of its ends' ancestors belong into the first window.
-template <typename G>
-std::vector<Index> StressSchedule<G>::SeedsFor(int l, const FoundWork& work) {
-  std::vector<Index> seeds;
-  for (const Index end : work.ends) {
-    if (end != kNone) seeds.push_back(end);
-  }
-  const std::vector<Index>& fresh = plan_.news.seeds[l];
-  const bool near = std::any_of(seeds.begin(), seeds.end(), [&](Index n) {
-    return std::find(fresh.begin(), fresh.end(), n) != fresh.end();
-  });
-  if (near && !had_window_[l]) seeds.insert(seeds.end(), fresh.begin(), fresh.end());
-  had_window_[l] = true;
-  return seeds;
 }
 
 // Solves the window on level 0 again as long as its last step was far from linear: until it gains
@@ -120,9 +98,11 @@ int StressSchedule<G>::Serve(int l, int max_solves) {
     return SolveToRest(Worth(), max_solves, &report_->top_seconds);
   }
   ++report_->windows;
-  if (!window.Build(l, SeedsFor(l, work), tools_.sizes.Next(l, plan_.budget), &hierarchy_)) {
-    return 1;
+  std::vector<Index> seeds;
+  for (const Index end : work.ends) {
+    if (end != kNone) seeds.push_back(end);
   }
+  if (!window.Build(l, seeds, tools_.sizes.Next(l, plan_.budget), &hierarchy_)) return 1;
   const double worth = Worth();
   const int solves = SolveToRest(worth, max_solves, &report_->window_seconds);
   return std::max(1, static_cast<int>(std::lround(solves * worth)));

@@ -47,7 +47,7 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) result.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
-  if (window_.RefreshChains() && !ShortenToGain(&summary)) return result;
+  if (window_.RefreshChains() && !ChainsGain(&summary)) return result;
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
   result.largest_moved = LargestMoved();
@@ -64,27 +64,16 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   return result;
 }
 
-// Chains bend on the way: shortens the step until the cost falls with them linearized where it
-// ends. False if it does not; the poses are those before the step then.
+// Chains bend on the way. False where the cost rises with them linearized where the step ends; the
+// poses are those before it then.
 template <typename G>
-bool WindowStep<G>::ShortenToGain(SubproblemSummary* summary) {
-  double promised = summary->initial_cost - summary->final_cost;
-  for (double part = 1; part > kShortestPart;) {
-    const double cost = window_.Cost();
-    if (cost < summary->initial_cost) {
-      summary->damped |= part < 1;
-      summary->final_cost = cost;
-      return true;
-    }
-    const double length = BestStepLength(promised, cost - summary->initial_cost);
-    const double next =
-        length > kLeastPartTriedNext ? std::min(length, kMostPartTriedNext) : kLeastPartTriedNext;
-    part *= next;
-    promised *= 2 * next - next * next;
-    window_.Scale(next);
-    window_.RefreshChains();
+bool WindowStep<G>::ChainsGain(SubproblemSummary* summary) {
+  const double cost = window_.Cost();
+  if (cost < summary->initial_cost) {
+    summary->final_cost = cost;
+    return true;
   }
-  window_.Scale(0);
+  window_.TakeBack();
   window_.RefreshChains();
   return false;
 }

@@ -46,7 +46,7 @@ class WindowStep {
   Status NotFinite(Index level_edge) const;
 
  private:
-  bool ShortenToGain(SubproblemSummary* summary);
+  bool ChainsGain(SubproblemSummary* summary);
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
