@@ -198,13 +198,16 @@ void CondensedGraph<G>::JoinAt(Index n) {
   const bool appended = spans_.IsSingle(second.root);
   const bool prepended = spans_.IsSingle(first.root);
   // Where the other end of one is free, and it is an edge, its pose goes on from what was composed.
+  // An edge cut out of a chain is where that had it, not where its measurement is.
+  const bool composed = first.composed && second.composed;
   if (IsKept(first.node[0]) && appended) {
     const G& Y = spans_.edge(spans_.FirstEdge(second.root)).Y;
     first.T_kept_free = (first.T_kept_free * Y).Normalized();
     first.length += second.length;
+    first.composed = composed;
   } else if (IsKept(second.node[1]) && prepended) {
     const G& Y = spans_.edge(spans_.FirstEdge(first.root)).Y;
-    first.composed = second.composed;
+    first.composed = composed;
     first.T_kept_free = (second.T_kept_free * Y.Inverse()).Normalized();
     first.length += second.length;
   } else {
