@@ -18,49 +18,63 @@ typedef double Vector4 __attribute__((vector_size(32), aligned(8), may_alias));
 // fit the sixteen registers.
 constexpr int kTileColumns = 3;
 
-template <int kVectors>
+template <int kVectors, int kColumns>
 HPGO_INLINE void Tile(int k, const double* A, int lda, const double* B, int ldb, double* C,
                       int ldc) {
-  Vector4 sum[kTileColumns][kVectors];
-  for (int c = 0; c < kTileColumns; ++c) {
+  Vector4 sum[kColumns][kVectors];
+  for (int c = 0; c < kColumns; ++c) {
     for (int v = 0; v < kVectors; ++v) sum[c][v] = Vector4{0, 0, 0, 0};
   }
   for (int p = 0; p < k; ++p, A += lda, B += ldb) {
     Vector4 a[kVectors];
     for (int v = 0; v < kVectors; ++v) a[v] = *reinterpret_cast<const Vector4*>(A + 4 * v);
-    for (int c = 0; c < kTileColumns; ++c) {
+    for (int c = 0; c < kColumns; ++c) {
       const double b = B[c];
       for (int v = 0; v < kVectors; ++v) sum[c][v] += a[v] * b;
     }
   }
-  for (int c = 0; c < kTileColumns; ++c) {
+  for (int c = 0; c < kColumns; ++c) {
     for (int v = 0; v < kVectors; ++v) {
       *reinterpret_cast<Vector4*>(C + c * ldc + 4 * v) -= sum[c][v];
     }
   }
 }
 
+// A product of kColumns columns.
+template <int kColumns>
+HPGO_INLINE void SubtractColumns(int m, int k, const double* A, int lda, const double* B, int ldb,
+                                 double* C, int ldc) {
+  int i = 0;
+  for (; m - i > 8; i += 12) Tile<3, kColumns>(k, A + i, lda, B, ldb, C + i, ldc);
+  if (m - i > 4) {
+    Tile<2, kColumns>(k, A + i, lda, B, ldb, C + i, ldc);
+  } else if (m - i > 0) {
+    Tile<1, kColumns>(k, A + i, lda, B, ldb, C + i, ldc);
+  }
+}
+
 HPGO_INLINE void SubtractProductImpl(int m, int n, int k, const double* A, int lda, const double* B,
                                      int ldb, double* C, int ldc) {
-  for (int j = 0; j < n; j += kTileColumns) {
-    double* column = C + static_cast<long>(j) * ldc;
-    int i = 0;
-    for (; m - i > 8; i += 12) Tile<3>(k, A + i, lda, B + j, ldb, column + i, ldc);
-    if (m - i > 4) {
-      Tile<2>(k, A + i, lda, B + j, ldb, column + i, ldc);
-    } else if (m - i > 0) {
-      Tile<1>(k, A + i, lda, B + j, ldb, column + i, ldc);
-    }
+  const auto column = [&](int j) { return C + static_cast<long>(j) * ldc; };
+  int j = 0;
+  for (; n - j >= kTileColumns; j += kTileColumns) {
+    SubtractColumns<kTileColumns>(m, k, A, lda, B + j, ldb, column(j), ldc);
+  }
+  if (n - j == 2) {
+    SubtractColumns<2>(m, k, A, lda, B + j, ldb, column(j), ldc);
+  } else if (n - j == 1) {
+    SubtractColumns<1>(m, k, A, lda, B + j, ldb, column(j), ldc);
   }
 }
 
 HPGO_INLINE bool FactorPanelImpl(int rows, int cols, double* panel, int ld,
                                  const double* min_pivot) {
-  for (int j = 0; j < cols; j += 3) {
+  int j = 0;
+  for (; cols - j >= 3; j += 3) {
     double* c0 = panel + static_cast<long>(j) * ld;
     double* c1 = c0 + ld;
     double* c2 = c1 + ld;
-    SubtractProductImpl(rows - j, 3, j, panel + j, ld, panel + j, ld, c0 + j, ld);
+    SubtractColumns<3>(rows - j, j, panel + j, ld, panel + j, ld, c0 + j, ld);
     const double d0 = c0[j];
     if (!(d0 > min_pivot[j])) return false;
     const double i0 = 1 / std::sqrt(d0);
@@ -81,11 +95,19 @@ HPGO_INLINE bool FactorPanelImpl(int rows, int cols, double* panel, int ld,
     }
     c1[j] = c2[j] = c2[j + 1] = 0;
   }
+  for (; j < cols; ++j) {
+    double* c0 = panel + static_cast<long>(j) * ld;
+    SubtractColumns<1>(rows - j, j, panel + j, ld, panel + j, ld, c0 + j, ld);
+    if (!(c0[j] > min_pivot[j])) return false;
+    const double i0 = 1 / std::sqrt(c0[j]);
+    for (int r = j; r < rows; ++r) c0[r] *= i0;
+  }
   return true;
 }
 
 HPGO_INLINE void ForwardPanelImpl(int rows, int cols, const double* panel, int ld, double* x) {
-  for (int j = 0; j < cols; j += 3) {
+  int j = 0;
+  for (; cols - j >= 3; j += 3) {
     const double* c0 = panel + static_cast<long>(j) * ld;
     const double* c1 = c0 + ld;
     const double* c2 = c1 + ld;
@@ -98,12 +120,29 @@ HPGO_INLINE void ForwardPanelImpl(int rows, int cols, const double* panel, int l
                                             *reinterpret_cast<const Vector4*>(c2 + r) * x2;
     }
   }
+  for (; j < cols; ++j) {
+    const double* c0 = panel + static_cast<long>(j) * ld;
+    const double x0 = x[j] /= c0[j];
+    for (int r = j + 1; r < rows; r += 4) {
+      *reinterpret_cast<Vector4*>(x + r) -= *reinterpret_cast<const Vector4*>(c0 + r) * x0;
+    }
+  }
 }
 
 HPGO_INLINE double Sum(const Vector4& v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
 HPGO_INLINE void BackwardPanelImpl(int rows, int cols, const double* panel, int ld, double* x) {
-  for (int j = cols - 3; j >= 0; j -= 3) {
+  int end = cols;
+  for (; end % 3 != 0; --end) {
+    const int j = end - 1;
+    const double* c0 = panel + static_cast<long>(j) * ld;
+    Vector4 s0 = {0, 0, 0, 0};
+    for (int r = j + 1; r < rows; r += 4) {
+      s0 += *reinterpret_cast<const Vector4*>(c0 + r) * *reinterpret_cast<const Vector4*>(x + r);
+    }
+    x[j] = (x[j] - Sum(s0)) / c0[j];
+  }
+  for (int j = end - 3; j >= 0; j -= 3) {
     const double* c0 = panel + static_cast<long>(j) * ld;
     const double* c1 = c0 + ld;
     const double* c2 = c1 + ld;

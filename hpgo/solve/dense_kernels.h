@@ -9,13 +9,13 @@ namespace hpgo {
 
 inline constexpr int kPadding = 4;
 
-// C -= A B' with A m x k, B n x k, C m x n; n is a multiple of 3.
+// C -= A B' with A m x k, B n x k, C m x n. This and all below go by three columns at a time, and
+// are slower in those left over.
 void SubtractProduct(int m, int n, int k, const double* A, int lda, const double* B, int ldb,
                      double* C, int ldc);
 
 // Factors the leading `cols` rows of the panel in place, L L' of its lower triangle, and solves for
-// the rows below; `cols` is a multiple of 3. A pivot that is not above min_pivot[column] stops it
-// and returns false.
+// the rows below. A pivot that is not above min_pivot[column] stops it and returns false.
 bool FactorPanel(int rows, int cols, double* panel, int ld, const double* min_pivot);
 
 // With a factored panel: solves L y = x for the leading `cols` of x, in place, and subtracts what
