@@ -109,6 +109,12 @@ class YawPoseT {
     return YawPoseT<N>(N(data_[0]), N(data_[1]), N(data_[2]), N(data_[3]));
   }
 
+  // What an archive needs to have the same bits again.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.data_, self.cos_, self.sin_);
+  }
+
  private:
   YawPoseT(const Vector& t, const S& yaw, const S& cos_yaw, const S& sin_yaw)
       : data_{t(0), t(1), t(2), NormalizeAngle(yaw)}, cos_(cos_yaw), sin_(sin_yaw) {}

@@ -200,5 +200,6 @@ std::size_t Optimizer<G>::MemoryBytes() const {
 
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
+template class Optimizer<YawPose>;
 
 }  // namespace hpgo

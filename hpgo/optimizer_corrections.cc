@@ -54,5 +54,6 @@ typename Optimizer<G>::Corrections Optimizer<G>::TakeCorrections(double distance
 
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
+template class Optimizer<YawPose>;
 
 }  // namespace hpgo

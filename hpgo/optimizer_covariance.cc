@@ -146,5 +146,6 @@ Result<typename Optimizer<G>::CovarianceEstimate> Optimizer<G>::BoundedRelativeC
 
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
+template class Optimizer<YawPose>;
 
 }  // namespace hpgo

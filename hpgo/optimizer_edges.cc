@@ -19,6 +19,7 @@ typename G::Matrix StoredInformation(InfoFrame frame, const G& measurement,
 }
 template SE2::Matrix StoredInformation(InfoFrame, const SE2&, const SE2::Matrix&);
 template SE3::Matrix StoredInformation(InfoFrame, const SE3&, const SE3::Matrix&);
+template YawPose::Matrix StoredInformation(InfoFrame, const YawPose&, const YawPose::Matrix&);
 
 template <typename G>
 Result<std::vector<EdgeEnds>> Optimizer<G>::Impl::EdgesOf(NodeId id) const {
@@ -79,5 +80,6 @@ Status Optimizer<G>::UpdateEdge(EdgeId edge, const G& measurement, const Matrix&
 
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
+template class Optimizer<YawPose>;
 
 }  // namespace hpgo

@@ -266,5 +266,6 @@ Status Optimizer<G>::Impl::AddGraph(const PoseGraph<G>& graph) {
 
 template class Optimizer<SE2>::Impl;
 template class Optimizer<SE3>::Impl;
+template class Optimizer<YawPose>::Impl;
 
 }  // namespace hpgo

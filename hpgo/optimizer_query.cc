@@ -133,5 +133,6 @@ std::string Optimizer<G>::Impl::FindInconsistency() {
 
 template class Optimizer<SE2>::Impl;
 template class Optimizer<SE3>::Impl;
+template class Optimizer<YawPose>::Impl;
 
 }  // namespace hpgo

@@ -83,5 +83,6 @@ Optimizer<G> Optimizer<G>::Clone() const {
 
 template class Optimizer<SE2>;
 template class Optimizer<SE3>;
+template class Optimizer<YawPose>;
 
 }  // namespace hpgo

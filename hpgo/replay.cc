@@ -83,15 +83,22 @@ Status ApplyStep(const PoseGraph<G>& graph, const ReplayStep& step,
 
 template std::vector<ReplayStep> ReplaySteps(const PoseGraph<SE2>&);
 template std::vector<ReplayStep> ReplaySteps(const PoseGraph<SE3>&);
+template std::vector<ReplayStep> ReplaySteps(const PoseGraph<YawPose>&);
 template Result<SE2> StartPose(const PoseGraph<SE2>&, const ReplayStep&, const PoseOfNode<SE2>&);
 template Result<SE3> StartPose(const PoseGraph<SE3>&, const ReplayStep&, const PoseOfNode<SE3>&);
+template Result<YawPose> StartPose(const PoseGraph<YawPose>&, const ReplayStep&,
+                                   const PoseOfNode<YawPose>&);
 template Status AddStep(const PoseGraph<SE2>&, const ReplayStep&, const SE2&,
                         const Optimizer<SE2>::Loss&, Optimizer<SE2>*);
 template Status AddStep(const PoseGraph<SE3>&, const ReplayStep&, const SE3&,
                         const Optimizer<SE3>::Loss&, Optimizer<SE3>*);
+template Status AddStep(const PoseGraph<YawPose>&, const ReplayStep&, const YawPose&,
+                        const Optimizer<YawPose>::Loss&, Optimizer<YawPose>*);
 template Status ApplyStep(const PoseGraph<SE2>&, const ReplayStep&, const Optimizer<SE2>::Loss&,
                           Optimizer<SE2>*);
 template Status ApplyStep(const PoseGraph<SE3>&, const ReplayStep&, const Optimizer<SE3>::Loss&,
                           Optimizer<SE3>*);
+template Status ApplyStep(const PoseGraph<YawPose>&, const ReplayStep&,
+                          const Optimizer<YawPose>::Loss&, Optimizer<YawPose>*);
 
 }  // namespace hpgo

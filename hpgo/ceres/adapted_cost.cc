@@ -8,12 +8,14 @@
 #include "ceres_costs/manifolds.h"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace hpgo {
 namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // By central differences.
@@ -137,5 +139,6 @@ bool AdaptedCost<G>::Evaluate(double const* const* parameters, double* residuals
 
 template class AdaptedCost<SE2>;
 template class AdaptedCost<SE3>;
+template class AdaptedCost<YawPose>;
 
 }  // namespace hpgo

@@ -15,6 +15,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 Status Refuse(const std::string& reason) { return Status(StatusCode::kInvalidArgument, reason); }
 
@@ -220,9 +221,9 @@ Status KeptProblemOf<G>::AddNode(const std::vector<double*>& blocks, NodeId* id)
     node.numbers.insert(node.numbers.end(), block, block + size);
     const ceres::Manifold* manifold = node.manifolds.back();
     node.true_jacobians.push_back(manifold == nullptr || HasTrueJacobian(*manifold, block));
-    const bool full = manifold == nullptr || manifold->TangentSize() == (size == 7   ? 6
-                                                                         : size == 4 ? 3
-                                                                                     : size);
+    // Of the numbers of a quaternion one is not free.
+    const bool quaternion = G::kParams == 7 && size >= 4;
+    const bool full = manifold == nullptr || manifold->TangentSize() == size - quaternion;
     if (!full && !problem_.IsParameterBlockConstant(block)) return Refuse("pose partly constant");
   }
   if (held > 0 && held < blocks.size()) return Refuse("pose partly constant");
@@ -412,5 +413,6 @@ Result<std::int64_t> KeptProblemOf<G>::GroupOf(const double* block, int level) c
 
 template class KeptProblemOf<SE2>;
 template class KeptProblemOf<SE3>;
+template class KeptProblemOf<YawPose>;
 
 }  // namespace hpgo

@@ -5,6 +5,7 @@
 #include "ceres_costs/manifolds.h"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace hpgo {
 namespace {
@@ -12,6 +13,7 @@ namespace {
 using ceres_costs::NormalizeAngle;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 constexpr double kDegree = 3.14159265358979323846 / 180;
 
@@ -23,14 +25,15 @@ double AngleUnit(const PoseLayout& layout) {
   return layout.angle == PoseLayout::AngleUnit::kDegrees ? kDegree : 1;
 }
 
-// Where the numbers x y z qx qy qz qw, or x y theta, are.
+// Where the numbers x y z qx qy qz qw, x y theta, or x y z yaw, are.
 int PlaceOf(const PoseLayout& layout, const SE3&, int k) {
   if (k < 3) return layout.translation_at + k;
   const bool w_first = layout.quaternion == PoseLayout::Quaternion::kWFirst;
   return layout.rotation_at + (w_first ? (k - 2) % 4 : k - 3);
 }
-int PlaceOf(const PoseLayout& layout, const SE2&, int k) {
-  return k < 2 ? layout.translation_at + k : layout.rotation_at;
+template <typename G>
+int PlaceOf(const PoseLayout& layout, const G&, int k) {
+  return k < G::kDim ? layout.translation_at + k : layout.rotation_at;
 }
 
 SE3 FromStored(const PoseLayout&, const SE3&, const double* numbers) {
@@ -38,6 +41,10 @@ SE3 FromStored(const PoseLayout&, const SE3&, const double* numbers) {
 }
 SE2 FromStored(const PoseLayout& layout, const SE2&, const double* numbers) {
   return SE2(numbers[0], numbers[1], NormalizeAngle(numbers[2] * AngleUnit(layout)));
+}
+YawPose FromStored(const PoseLayout& layout, const YawPose&, const double* numbers) {
+  return YawPose(numbers[0], numbers[1], numbers[2],
+                 NormalizeAngle(numbers[3] * AngleUnit(layout)));
 }
 
 // -1 where the stored quaternion is the other of the two that mean the same.
@@ -53,8 +60,9 @@ void ToStored(const PoseLayout& layout, const SE3& stored, double* values) {
     values[PlaceOf(layout, stored, k)] = (k < 3 ? 1 : sign) * stored.data()[k];
   }
 }
-void ToStored(const PoseLayout& layout, const SE2& stored, double* values) {
-  for (int k = 0; k < 2; ++k) values[PlaceOf(layout, stored, k)] = stored.data()[k];
+template <typename G>
+void ToStored(const PoseLayout& layout, const G& stored, double* values) {
+  for (int k = 0; k < G::kDim; ++k) values[PlaceOf(layout, stored, k)] = stored.data()[k];
   double& angle = values[layout.rotation_at];
   angle += NormalizeAngle(stored.angle() - angle * AngleUnit(layout)) / AngleUnit(layout);
 }
@@ -62,8 +70,9 @@ void ToStored(const PoseLayout& layout, const SE2& stored, double* values) {
 double ScaleOf(const PoseLayout& layout, const SE3& stored, const double* values, int k) {
   return k < 3 ? 1 : SignOf(layout, stored, values);
 }
-double ScaleOf(const PoseLayout& layout, const SE2&, const double*, int k) {
-  return k < 2 ? 1 : 1 / AngleUnit(layout);
+template <typename G>
+double ScaleOf(const PoseLayout& layout, const G&, const double*, int k) {
+  return k < G::kDim ? 1 : 1 / AngleUnit(layout);
 }
 
 }  // namespace
@@ -99,5 +108,6 @@ typename PoseCodec<G>::Jacobian PoseCodec<G>::WriteJacobian(const G& pose,
 
 template class PoseCodec<SE2>;
 template class PoseCodec<SE3>;
+template class PoseCodec<YawPose>;
 
 }  // namespace hpgo

@@ -6,6 +6,7 @@
 
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 #include "hpgo/ceres/kept_problem.h"
 #include "hpgo/ceres/level_problem.h"
 #include "hpgo/ceres/pose_blocks.h"
@@ -17,6 +18,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 class ProblemSolver::Impl {
  public:
@@ -94,6 +96,8 @@ class ProblemSolver::Impl {
     why_not_kept_.clear();
     if (layout.kind == PoseLayout::Kind::kXYTheta) {
       kept_ = std::make_unique<KeptProblemOf<SE2>>(&problem_, options_.optimizer, layout);
+    } else if (layout.kind == PoseLayout::Kind::kXYZYaw) {
+      kept_ = std::make_unique<KeptProblemOf<YawPose>>(&problem_, options_.optimizer, layout);
     } else {
       kept_ = std::make_unique<KeptProblemOf<SE3>>(&problem_, options_.optimizer, layout);
     }
@@ -184,12 +188,13 @@ Result<std::shared_ptr<CeresLevel<G>>> ProblemSolver::LevelProblem(int level) {
   if (kept == nullptr) {
     return Status(StatusCode::kInvalidArgument, impl_->kept() == nullptr
                                                     ? "nothing is kept: " + why_not_kept()
-                                                    : "the problem's poses are of the other group");
+                                                    : "the problem's poses are of another group");
   }
   return kept->optimizer().LevelProblem(level);
 }
 template Result<std::shared_ptr<CeresLevel<SE2>>> ProblemSolver::LevelProblem(int);
 template Result<std::shared_ptr<CeresLevel<SE3>>> ProblemSolver::LevelProblem(int);
+template Result<std::shared_ptr<CeresLevel<YawPose>>> ProblemSolver::LevelProblem(int);
 
 Result<std::int64_t> ProblemSolver::GroupOf(const double* block, int level) const {
   if (impl_->kept() != nullptr) return impl_->kept()->GroupOf(block, level);

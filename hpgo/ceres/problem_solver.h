@@ -80,8 +80,8 @@ class ProblemSolver {
 
   // A level of the hierarchy as a ceres::Problem (hpgo/ceres/level_problem.h), and the node of a
   // level that a block of the problem moves with: CeresLevel::BlockOf of it is that node's block.
-  // G is ceres_costs::SE2 or SE3. kInvalidArgument for the other of these, where there is no such
-  // level, or nothing is kept; kNotFound for a block of no pose.
+  // G is ceres_costs::SE2, SE3 or YawPose. kInvalidArgument for the others of these, where there is
+  // no such level, or nothing is kept; kNotFound for a block of no pose.
   template <typename G>
   Result<std::shared_ptr<CeresLevel<G>>> LevelProblem(int level);
   Result<std::int64_t> GroupOf(const double* block, int level) const;

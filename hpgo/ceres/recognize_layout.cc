@@ -10,6 +10,7 @@
 #include "ceres/manifold.h"
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 #include "hpgo/ceres/pose_codec.h"
 
 namespace hpgo {
@@ -17,6 +18,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 using Kind = PoseLayout::Kind;
 using Direction = PoseLayout::Direction;
 using Order = PoseLayout::Quaternion;
@@ -51,8 +53,10 @@ class Recognizer {
       }
       candidates = WithDirections(candidates);
       candidates = Invariant<SE3>(candidates, reason);
+    } else if (total == 4) {
+      candidates = Invariant<YawPose>(WithDirections(AngleCandidates(Kind::kXYZYaw, 3)), reason);
     } else if (total == 3) {
-      candidates = Invariant<SE2>(WithDirections(PlaneCandidates()), reason);
+      candidates = Invariant<SE2>(WithDirections(AngleCandidates(Kind::kXYTheta, 2)), reason);
     } else {
       *reason = "poses of " + std::to_string(total) + " numbers (" + LayoutName(poses_.sizes) +
                 ") are not kept in a hierarchy";
@@ -94,14 +98,17 @@ class Recognizer {
     return result;
   }
 
-  std::vector<PoseLayout> PlaneCandidates() const {
+  // A translation of `dimension` numbers and an angle.
+  std::vector<PoseLayout> AngleCandidates(Kind kind, int dimension) const {
     std::vector<PoseLayout> result;
-    for (const auto& [t, r] : {std::pair(0, 2), std::pair(1, 0)}) {
-      if ((poses_.sizes[0] == 2 && t != 0) || (poses_.sizes.back() == 2 && t != 1)) continue;
+    for (const auto& [t, r] : {std::pair(0, dimension), std::pair(1, 0)}) {
+      const bool first = poses_.sizes.size() == 2 && poses_.sizes[0] == dimension;
+      const bool last = poses_.sizes.size() == 2 && poses_.sizes[1] == dimension;
+      if ((first && t != 0) || (last && t != 1)) continue;
       if (!Allows(declared_.translation_at, t) || !Allows(declared_.rotation_at, r)) continue;
       for (const Unit unit : {Unit::kRadians, Unit::kDegrees}) {
         if (declared_.angle != Unit::kUnknown && declared_.angle != unit) continue;
-        PoseLayout layout = Start(Kind::kXYTheta, t, r);
+        PoseLayout layout = Start(kind, t, r);
         layout.angle = unit;
         result.push_back(layout);
       }

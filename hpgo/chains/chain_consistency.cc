@@ -80,5 +80,6 @@ std::string CondensedGraph<G>::FindInconsistency() {
 
 template class CondensedGraph<ceres_costs::SE2>;
 template class CondensedGraph<ceres_costs::SE3>;
+template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

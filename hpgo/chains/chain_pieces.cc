@@ -9,6 +9,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 std::vector<typename SpanTree<G>::Piece> SpanTree<G>::Cut(Index root,
@@ -91,7 +92,10 @@ std::vector<Stretch<G>> CondensedGraph<G>::CutChain(Index c, const std::vector<I
 
 template std::vector<SpanTree<SE2>::Piece> SpanTree<SE2>::Cut(Index, const std::vector<Index>&);
 template std::vector<SpanTree<SE3>::Piece> SpanTree<SE3>::Cut(Index, const std::vector<Index>&);
+template std::vector<SpanTree<YawPose>::Piece> SpanTree<YawPose>::Cut(Index,
+                                                                      const std::vector<Index>&);
 template class CondensedGraph<SE2>;
 template class CondensedGraph<SE3>;
+template class CondensedGraph<YawPose>;
 
 }  // namespace hpgo

@@ -175,5 +175,6 @@ std::size_t CondensedGraph<G>::MemoryBytes() const {
 
 template class CondensedGraph<ceres_costs::SE2>;
 template class CondensedGraph<ceres_costs::SE3>;
+template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -297,5 +297,6 @@ class CondensedGraph {
 
 extern template class CondensedGraph<ceres_costs::SE2>;
 extern template class CondensedGraph<ceres_costs::SE3>;
+extern template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -256,5 +256,6 @@ void CondensedGraph<G>::SetWorldPose(Index n, const G& pose) {
 
 template class CondensedGraph<ceres_costs::SE2>;
 template class CondensedGraph<ceres_costs::SE3>;
+template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

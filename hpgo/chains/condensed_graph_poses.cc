@@ -170,5 +170,6 @@ void CondensedGraph<G>::ForEachMoved(double distance, double angle,
 
 template class CondensedGraph<ceres_costs::SE2>;
 template class CondensedGraph<ceres_costs::SE3>;
+template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -375,5 +375,6 @@ void CondensedGraph<G>::FindRoots(const std::vector<Index>& fresh) {
 
 template class CondensedGraph<ceres_costs::SE2>;
 template class CondensedGraph<ceres_costs::SE3>;
+template class CondensedGraph<ceres_costs::YawPose>;
 
 }  // namespace hpgo

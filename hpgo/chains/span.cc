@@ -14,6 +14,7 @@ using ceres_costs::QuadraticModel;
 using ceres_costs::RelativePoseTerm;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 namespace {
 
@@ -24,22 +25,23 @@ typename G::Matrix Transport(const G& T_b_c) {
 }
 
 // Of the error's Jacobian. At the half turn, where it is singular, a large one.
-Eigen::Matrix3d Inverse(const Eigen::Matrix3d& J) {
+template <int N>
+Eigen::Matrix<double, N, N> Inverse(const Eigen::Matrix<double, N, N>& J) {
   constexpr double kSingular = 1e-6;
   if (std::abs(J.determinant()) > kSingular) return J.inverse();
-  return (J + 1e-2 * Eigen::Matrix3d::Identity()).inverse();
+  return (J + 1e-2 * Eigen::Matrix<double, N, N>::Identity()).inverse();
 }
 template <typename G>
 typename G::Matrix InverseJacobian(ceres_costs::ErrorConvention convention,
                                    const typename G::Matrix& J) {
-  if constexpr (G::kDof == 3) {
-    return Inverse(J);
+  if constexpr (G::kRotationDof == 1) {
+    return Inverse<G::kDof>(J);
   } else {
     if (convention == ceres_costs::ErrorConvention::kTwist) return J.inverse();
     // A rotation, and what the rotational error does.
     typename G::Matrix B = G::Matrix::Zero();
     B.template topLeftCorner<3, 3>() = J.template topLeftCorner<3, 3>().transpose();
-    B.template bottomRightCorner<3, 3>() = Inverse(J.template bottomRightCorner<3, 3>());
+    B.template bottomRightCorner<3, 3>() = Inverse<3>(J.template bottomRightCorner<3, 3>());
     return B;
   }
 }
@@ -159,6 +161,7 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
   template RelativePoseTerm<G> TermOfSpan(const SpanModel<G>&, const G&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
 #undef HPGO_INSTANTIATE
 
 }  // namespace hpgo

@@ -10,6 +10,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 namespace {
 
@@ -471,5 +472,6 @@ const char* SpanTree<G>::Inconsistency(Index s) const {
 
 template class SpanTree<SE2>;
 template class SpanTree<SE3>;
+template class SpanTree<YawPose>;
 
 }  // namespace hpgo

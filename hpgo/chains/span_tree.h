@@ -175,5 +175,6 @@ class SpanTree {
 
 extern template class SpanTree<ceres_costs::SE2>;
 extern template class SpanTree<ceres_costs::SE3>;
+extern template class SpanTree<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -11,15 +11,19 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // Singular values below this share of the positions' spread leave a rotation open.
 constexpr double kRankTolerance = 1e-9;
 
-SE2 MakePose(const Eigen::Matrix2d& rotation, const Eigen::Vector2d& t) {
-  return SE2(t(0), t(1), std::atan2(rotation(1, 0), rotation(0, 0)));
+void SetPose(const Eigen::Matrix2d& rotation, const Eigen::Vector2d& t, SE2* pose) {
+  *pose = SE2(t(0), t(1), std::atan2(rotation(1, 0), rotation(0, 0)));
 }
-SE3 MakePose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t) {
-  return SE3(t, Eigen::Quaterniond(rotation).normalized());
+void SetPose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t, SE3* pose) {
+  *pose = SE3(t, Eigen::Quaterniond(rotation).normalized());
+}
+void SetPose(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& t, YawPose* pose) {
+  *pose = YawPose(t(0), t(1), t(2), std::atan2(rotation(1, 0), rotation(0, 0)));
 }
 
 // Turns the rotation about `axis` that the positions left open so that the orientations agree best:
@@ -52,6 +56,16 @@ struct Procrustes {
   int rank = 0;
 };
 
+// The rotation that lays positions on each other, and orientations where they leave it open.
+template <int D>
+MatrixD<D> FitRotation(const MatrixD<D>& positions, double spread, const MatrixD<D>& orientations) {
+  const Procrustes<D> fit(positions, spread);
+  if (fit.rank == 0) return Procrustes<D>(orientations, 1.0).rotation;
+  if (fit.rank > 1) return fit.rotation;
+  const Eigen::Matrix<double, D, 1> axis = fit.svd.matrixU().col(0);
+  return TurnAboutLine(axis, MatrixD<D>(orientations * fit.rotation.transpose())) * fit.rotation;
+}
+
 template <typename G>
 G RigidFit(const std::vector<G>& estimate, const std::vector<G>& reference) {
   constexpr int kDim = G::kDim;
@@ -79,15 +93,15 @@ G RigidFit(const std::vector<G>& estimate, const std::vector<G>& reference) {
   const double rounding = 1e-28 * magnitude * magnitude * static_cast<double>(estimate.size());
   const double spread = std::sqrt(estimate_spread * reference_spread) + rounding / kRankTolerance;
 
-  const Procrustes<kDim> fit(positions, spread);
-  MatrixD<kDim> rotation = fit.rotation;
-  if (fit.rank == 0) {
-    rotation = Procrustes<kDim>(orientations, 1.0).rotation;
-  } else if (fit.rank == 1) {
-    const Vector axis = fit.svd.matrixU().col(0);
-    rotation = TurnAboutLine(axis, MatrixD<kDim>(orientations * rotation.transpose())) * rotation;
-  }
-  return MakePose(rotation, Vector(reference_mean - rotation * estimate_mean));
+  // About z alone positions turn as in the plane.
+  constexpr int kTurned = G::kRotationDof == 1 ? 2 : 3;
+  MatrixD<kDim> rotation = MatrixD<kDim>::Identity();
+  rotation.template topLeftCorner<kTurned, kTurned>() =
+      FitRotation<kTurned>(positions.template topLeftCorner<kTurned, kTurned>(), spread,
+                           orientations.template topLeftCorner<kTurned, kTurned>());
+  G motion;
+  SetPose(rotation, Vector(reference_mean - rotation * estimate_mean), &motion);
+  return motion;
 }
 
 template <typename G>
@@ -134,5 +148,7 @@ Result<G> Align(const std::vector<G>& estimate, const std::vector<G>& reference,
 
 template Result<SE2> Align(const std::vector<SE2>&, const std::vector<SE2>&, AlignmentMode);
 template Result<SE3> Align(const std::vector<SE3>&, const std::vector<SE3>&, AlignmentMode);
+template Result<YawPose> Align(const std::vector<YawPose>&, const std::vector<YawPose>&,
+                               AlignmentMode);
 
 }  // namespace hpgo

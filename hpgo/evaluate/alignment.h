@@ -5,6 +5,7 @@
 
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 #include "hpgo/graph/status.h"
 
 namespace hpgo {

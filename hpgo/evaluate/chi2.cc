@@ -83,9 +83,12 @@ std::vector<WorstEdge> WorstEdges(const std::vector<double>& edge_chi2, int coun
 
 template double EdgeChi2(const PoseGraph<SE2>&, const GraphEdge<SE2>&, ErrorConvention);
 template double EdgeChi2(const PoseGraph<SE3>&, const GraphEdge<SE3>&, ErrorConvention);
+template double EdgeChi2(const PoseGraph<YawPose>&, const GraphEdge<YawPose>&, ErrorConvention);
 template double PriorChi2(const PoseGraph<SE2>&, const GraphPrior<SE2>&, ErrorConvention);
 template double PriorChi2(const PoseGraph<SE3>&, const GraphPrior<SE3>&, ErrorConvention);
+template double PriorChi2(const PoseGraph<YawPose>&, const GraphPrior<YawPose>&, ErrorConvention);
 template Chi2Report EvaluateChi2(const PoseGraph<SE2>&, const Chi2Options&);
 template Chi2Report EvaluateChi2(const PoseGraph<SE3>&, const Chi2Options&);
+template Chi2Report EvaluateChi2(const PoseGraph<YawPose>&, const Chi2Options&);
 
 }  // namespace hpgo

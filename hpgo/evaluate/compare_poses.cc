@@ -51,7 +51,11 @@ template Result<TrajectoryError<SE2>> ComparePosesUpToGauge(const PoseGraph<SE2>
                                                             const PoseGraph<SE2>&);
 template Result<TrajectoryError<SE3>> ComparePosesUpToGauge(const PoseGraph<SE3>&,
                                                             const PoseGraph<SE3>&);
+template Result<TrajectoryError<YawPose>> ComparePosesUpToGauge(const PoseGraph<YawPose>&,
+                                                                const PoseGraph<YawPose>&);
 template Result<TrajectoryError<SE2>> ComparePoses(const PoseGraph<SE2>&, const PoseGraph<SE2>&);
 template Result<TrajectoryError<SE3>> ComparePoses(const PoseGraph<SE3>&, const PoseGraph<SE3>&);
+template Result<TrajectoryError<YawPose>> ComparePoses(const PoseGraph<YawPose>&,
+                                                       const PoseGraph<YawPose>&);
 
 }  // namespace hpgo

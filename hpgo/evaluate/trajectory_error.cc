@@ -7,6 +7,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 class Collector {
@@ -64,9 +65,14 @@ template Result<TrajectoryError<SE2>> AbsoluteTrajectoryError(const std::vector<
 template Result<TrajectoryError<SE3>> AbsoluteTrajectoryError(const std::vector<SE3>&,
                                                               const std::vector<SE3>&,
                                                               AlignmentMode);
+template Result<TrajectoryError<YawPose>> AbsoluteTrajectoryError(const std::vector<YawPose>&,
+                                                                  const std::vector<YawPose>&,
+                                                                  AlignmentMode);
 template Result<TrajectoryError<SE2>> RelativeTrajectoryError(const std::vector<SE2>&,
                                                               const std::vector<SE2>&, int);
 template Result<TrajectoryError<SE3>> RelativeTrajectoryError(const std::vector<SE3>&,
                                                               const std::vector<SE3>&, int);
+template Result<TrajectoryError<YawPose>> RelativeTrajectoryError(const std::vector<YawPose>&,
+                                                                  const std::vector<YawPose>&, int);
 
 }  // namespace hpgo

@@ -53,7 +53,9 @@ std::vector<int> GaugeNodes(const PoseGraph<G>& graph, const Components& compone
 
 template Components FindComponents(const PoseGraph<SE2>&);
 template Components FindComponents(const PoseGraph<SE3>&);
+template Components FindComponents(const PoseGraph<YawPose>&);
 template std::vector<int> GaugeNodes(const PoseGraph<SE2>&, const Components&);
 template std::vector<int> GaugeNodes(const PoseGraph<SE3>&, const Components&);
+template std::vector<int> GaugeNodes(const PoseGraph<YawPose>&, const Components&);
 
 }  // namespace hpgo

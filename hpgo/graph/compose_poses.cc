@@ -108,5 +108,6 @@ int ComposeMissingPoses(PoseGraph<G>* graph) {
 
 template int ComposeMissingPoses(PoseGraph<SE2>*);
 template int ComposeMissingPoses(PoseGraph<SE3>*);
+template int ComposeMissingPoses(PoseGraph<YawPose>*);
 
 }  // namespace hpgo

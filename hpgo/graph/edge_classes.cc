@@ -33,7 +33,9 @@ std::vector<bool> LoopClosures(const PoseGraph<G>& graph) {
 
 template std::vector<bool> LoopClosures(const PoseGraph<SE2>&);
 template std::vector<bool> LoopClosures(const PoseGraph<SE3>&);
+template std::vector<bool> LoopClosures(const PoseGraph<YawPose>&);
 template std::vector<int> IdOrder(const PoseGraph<SE2>&);
 template std::vector<int> IdOrder(const PoseGraph<SE3>&);
+template std::vector<int> IdOrder(const PoseGraph<YawPose>&);
 
 }  // namespace hpgo

@@ -57,5 +57,6 @@ std::optional<int> PoseGraph<G>::Find(NodeId id) const {
 
 template class PoseGraph<SE2>;
 template class PoseGraph<SE3>;
+template class PoseGraph<YawPose>;
 
 }  // namespace hpgo

@@ -8,12 +8,14 @@
 
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 #include "hpgo/graph/status.h"
 
 namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // The caller's name of a node: any 64-bit number, sparse and in any order.
 using NodeId = std::int64_t;
@@ -80,5 +82,6 @@ using PoseGraph3d = PoseGraph<SE3>;
 
 extern template class PoseGraph<SE2>;
 extern template class PoseGraph<SE3>;
+extern template class PoseGraph<YawPose>;
 
 }  // namespace hpgo

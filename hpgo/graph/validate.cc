@@ -23,6 +23,7 @@ Status Invalid(const std::string& what, const std::string& problem) {
 }  // namespace
 
 std::string PoseProblem(const SE2& pose) { return RangeProblem<3>(pose.data()); }
+std::string PoseProblem(const YawPose& pose) { return RangeProblem<4>(pose.data()); }
 
 std::string PoseProblem(const SE3& pose) {
   std::string problem = RangeProblem<3>(pose.data());
@@ -85,6 +86,7 @@ Status CheckGraph(const PoseGraph<G>& graph) {
 
 template std::string InformationProblem<2>(const Eigen::Matrix2d&);
 template std::string InformationProblem<3>(const Eigen::Matrix3d&);
+template std::string InformationProblem<4>(const Eigen::Matrix4d&);
 template std::string InformationProblem<6>(const Eigen::Matrix<double, 6, 6>&);
 
 #define HPGO_INSTANTIATE(G)                                                         \
@@ -93,6 +95,7 @@ template std::string InformationProblem<6>(const Eigen::Matrix<double, 6, 6>&);
   template Status CheckGraph(const PoseGraph<G>&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
 #undef HPGO_INSTANTIATE
 
 }  // namespace hpgo

@@ -18,9 +18,10 @@ inline constexpr double kZeroQuaternion = 1e-9;
 // empty if the value can be used.
 std::string PoseProblem(const SE2& pose);
 std::string PoseProblem(const SE3& pose);
+std::string PoseProblem(const YawPose& pose);
 
 // A message of its own: "information is not symmetric", "... is too large", or those of
-// ceres_costs::InformationProblem; empty if the matrix can be used. For N = 2, 3, 6.
+// ceres_costs::InformationProblem; empty if the matrix can be used. For N = 2, 3, 4, 6.
 template <int N>
 std::string InformationProblem(const Eigen::Matrix<double, N, N>& information);
 

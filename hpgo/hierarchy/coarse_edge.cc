@@ -13,9 +13,24 @@ using ceres_costs::QuadraticModel;
 using ceres_costs::RelativePoseTerm;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
-// The deviation E whose error e fulfils e = J d, J its Jacobian, and J^-1. In 3D J = diag(R,
-// (w I + [v]x) / 2) for the unit quaternion (w, v), so that (w, v) is along (1, d_rot / 2).
+// The deviation E whose error e fulfils e = J d, J its Jacobian, and J^-1.
+template <typename G>
+G Deviation(const typename G::Tangent& d, typename G::Matrix* J_inverse) {
+  // Beyond this angle the error is about to wrap.
+  typename G::Tangent turn = G::Tangent::Zero();
+  turn(G::kDim) = std::clamp(d(G::kDim), -2.5, 2.5);
+  G E = G().Retract(turn);
+  const typename G::RotationMatrix R = E.matrix();
+  J_inverse->setIdentity();
+  J_inverse->template topLeftCorner<G::kDim, G::kDim>() = R.transpose();
+  E.translation() = R * d.template head<G::kDim>();
+  return E;
+}
+// With three angles J = diag(R, (w I + [v]x) / 2) for the unit quaternion (w, v), so that (w, v) is
+// along (1, d_rot / 2).
+template <>
 SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
   const Eigen::Vector3d half = 0.5 * d.tail<3>();
   const double w = 1 / std::sqrt(1 + half.squaredNorm());
@@ -28,17 +43,6 @@ SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
   J_inverse->bottomRightCorner<3, 3>().diagonal().array() += 2 * w;
   return SE3(R * d.head<3>(), q);
 }
-SE2 Deviation(const SE2::Tangent& d, SE2::Matrix* J_inverse) {
-  // Beyond this angle the error is about to wrap.
-  const double angle = std::clamp(d(2), -2.5, 2.5);
-  SE2 E(0, 0, angle);
-  const Eigen::Matrix2d R = E.matrix();
-  J_inverse->setIdentity();
-  J_inverse->topLeftCorner<2, 2>() = R.transpose();
-  E.translation() = R * d.head<2>();
-  return E;
-}
-
 }  // namespace
 
 template <typename G>
@@ -76,7 +80,7 @@ RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model,
   const double rotation = d.template tail<G::kRotationDof>().norm();
   if (rotation > kMaxRotation) d *= kMaxRotation / rotation;
   typename G::Matrix J_inverse;
-  const G E = Deviation(d, &J_inverse);
+  const G E = Deviation<G>(d, &J_inverse);
   RelativePoseTerm<G> term;
   term.measurement = (T * E.Inverse()).Normalized();
   const typename G::Matrix information = J_inverse.transpose() * model.A * J_inverse;
@@ -140,13 +144,20 @@ template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&,
                                              const SemiDefiniteInverse<SE2>&, const SE2&);
 template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&,
                                              const SemiDefiniteInverse<SE3>&, const SE3&);
+template RelativePoseTerm<YawPose> TermFromModel(const QuadraticModel<YawPose>&,
+                                                 const SemiDefiniteInverse<YawPose>&,
+                                                 const YawPose&);
 template struct ChildGeometry<SE2>;
 template struct ChildGeometry<SE3>;
+template struct ChildGeometry<YawPose>;
 template CoarseEdge<SE2> GalerkinEdge(const Hierarchy<SE2>&, int, Index);
 template CoarseEdge<SE3> GalerkinEdge(const Hierarchy<SE3>&, int, Index);
+template CoarseEdge<YawPose> GalerkinEdge(const Hierarchy<YawPose>&, int, Index);
 template double QuadraticChange(const CoarseEdge<SE2>&, const RelativePoseTerm<SE2>*);
 template double QuadraticChange(const CoarseEdge<SE3>&, const RelativePoseTerm<SE3>*);
+template double QuadraticChange(const CoarseEdge<YawPose>&, const RelativePoseTerm<YawPose>*);
 template class SemiDefiniteInverse<SE2>;
 template class SemiDefiniteInverse<SE3>;
+template class SemiDefiniteInverse<YawPose>;
 
 }  // namespace hpgo

@@ -10,6 +10,7 @@ namespace {
 using ceres_costs::QuadraticModel;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // The two groups' members, in the frame of the first group, with every edge between two of them.
 template <typename G>
@@ -169,5 +170,6 @@ CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
 
 template CoarseEdge<SE2> CondensedEdge(const Hierarchy<SE2>&, int, Index);
 template CoarseEdge<SE3> CondensedEdge(const Hierarchy<SE3>&, int, Index);
+template CoarseEdge<YawPose> CondensedEdge(const Hierarchy<YawPose>&, int, Index);
 
 }  // namespace hpgo

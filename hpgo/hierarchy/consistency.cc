@@ -11,9 +11,13 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 bool IsUnit(const SE3& pose) { return std::abs(pose.rotation().norm() - 1) < 1e-9; }
-bool IsUnit(const SE2& pose) { return std::abs(pose.angle()) <= 3.15; }
+template <typename G>
+bool IsUnit(const G& pose) {
+  return std::abs(pose.angle()) <= 3.15;
+}
 
 bool Close(double a, double b) { return std::abs(a - b) <= 1e-6 * (1 + std::abs(a) + std::abs(b)); }
 
@@ -171,5 +175,6 @@ std::string FindInconsistency(const Hierarchy<G>& hierarchy) {
 
 template std::string FindInconsistency(const Hierarchy<SE2>&);
 template std::string FindInconsistency(const Hierarchy<SE3>&);
+template std::string FindInconsistency(const Hierarchy<YawPose>&);
 
 }  // namespace hpgo

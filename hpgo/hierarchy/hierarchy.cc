@@ -277,7 +277,9 @@ std::size_t Hierarchy<G>::MemoryBytes() const {
 
 template double ModularityWeight(const ceres_costs::RelativePoseTerm<ceres_costs::SE2>&);
 template double ModularityWeight(const ceres_costs::RelativePoseTerm<ceres_costs::SE3>&);
+template double ModularityWeight(const ceres_costs::RelativePoseTerm<ceres_costs::YawPose>&);
 template class Hierarchy<ceres_costs::SE2>;
 template class Hierarchy<ceres_costs::SE3>;
+template class Hierarchy<ceres_costs::YawPose>;
 
 }  // namespace hpgo

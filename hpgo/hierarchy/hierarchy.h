@@ -231,5 +231,6 @@ class Hierarchy {
 
 extern template class Hierarchy<ceres_costs::SE2>;
 extern template class Hierarchy<ceres_costs::SE3>;
+extern template class Hierarchy<ceres_costs::YawPose>;
 
 }  // namespace hpgo

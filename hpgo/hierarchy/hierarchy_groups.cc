@@ -221,5 +221,6 @@ void Hierarchy<G>::DropSmallTop() {
 
 template class Hierarchy<ceres_costs::SE2>;
 template class Hierarchy<ceres_costs::SE3>;
+template class Hierarchy<ceres_costs::YawPose>;
 
 }  // namespace hpgo

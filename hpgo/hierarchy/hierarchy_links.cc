@@ -223,5 +223,6 @@ void Hierarchy<G>::AddFixed(int l, Index node, int delta) {
 
 template class Hierarchy<ceres_costs::SE2>;
 template class Hierarchy<ceres_costs::SE3>;
+template class Hierarchy<ceres_costs::YawPose>;
 
 }  // namespace hpgo

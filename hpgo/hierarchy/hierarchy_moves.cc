@@ -13,6 +13,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // How far a pose `d`, seen from where it was, has moved.
 template <typename G>
@@ -159,5 +160,6 @@ void Hierarchy<G>::LookAtMoved(double distance, double angle,
 
 template class Hierarchy<SE2>;
 template class Hierarchy<SE3>;
+template class Hierarchy<YawPose>;
 
 }  // namespace hpgo

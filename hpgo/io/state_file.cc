@@ -19,6 +19,14 @@ constexpr std::size_t kNumberBytes = sizeof(std::uint32_t), kSectionBytes = 8;
 constexpr std::size_t kHeaderBytes = kMagic.size() + 3 * kNumberBytes;
 constexpr std::string_view kEnd = "end";
 
+// What a header says of the poses: the dimension of the graph, or their four numbers.
+template <typename G>
+constexpr std::uint32_t kPoses = G::kDof == 4 ? 4 : G::kDim;
+
+std::string NameOfPoses(std::uint32_t poses) {
+  return poses == 4 ? "a graph over x, y, z and yaw" : "a " + std::to_string(poses) + "D graph";
+}
+
 std::string Number(std::uint32_t value) {
   std::string bytes(kNumberBytes, '\0');
   StoreNumber(value, bytes.data());
@@ -35,9 +43,9 @@ std::uint32_t Checksum(std::uint32_t before, std::string_view bytes) {
 
 class BlockWriter {
  public:
-  BlockWriter(OutputFile* out, int dimension) : out_(*out) {
+  BlockWriter(OutputFile* out, std::uint32_t poses) : out_(*out) {
     std::string header(kMagic);
-    header += Number(kStateVersion) + Number(static_cast<std::uint32_t>(dimension));
+    header += Number(kStateVersion) + Number(poses);
     Append(header);
     AppendChecksum();
   }
@@ -67,7 +75,7 @@ class BlockReader {
  public:
   explicit BlockReader(std::string_view text) : text_(text) {}
 
-  Status ReadHeader(int dimension) {
+  Status ReadHeader(std::uint32_t poses) {
     if (text_.substr(0, kMagic.size()) != kMagic.substr(0, text_.size())) {
       return Malformed("is no saved state");
     }
@@ -82,9 +90,8 @@ class BlockReader {
                        " can be read");
     }
     const std::uint32_t saved = NumberAt(text_.substr(kMagic.size() + kNumberBytes));
-    if (saved != static_cast<std::uint32_t>(dimension)) {
-      return Malformed("is the state of a " + std::to_string(saved) + "D graph, not of a " +
-                       std::to_string(dimension) + "D one");
+    if (saved != poses) {
+      return Malformed("is the state of " + NameOfPoses(saved) + ", not of " + NameOfPoses(poses));
     }
     at_ = kHeaderBytes;
     return Status::Ok();
@@ -142,7 +149,7 @@ template <typename G>
 Status SaveState(const Optimizer<G>& optimizer, const std::string& path) {
   OutputFile out(path);
   if (!out.status().ok()) return out.status();
-  BlockWriter blocks(&out, G::kDim);
+  BlockWriter blocks(&out, kPoses<G>);
   StateWriter writer(
       [&](const char* section, std::string_view bytes) { blocks.Append(section, bytes); });
   const Status status = optimizer.Save(&writer);
@@ -154,7 +161,7 @@ Status SaveState(const Optimizer<G>& optimizer, const std::string& path) {
 template <typename G>
 Status ParseState(std::string_view bytes, Optimizer<G>* optimizer) {
   BlockReader blocks(bytes);
-  const Status status = blocks.ReadHeader(G::kDim);
+  const Status status = blocks.ReadHeader(kPoses<G>);
   if (!status.ok()) return status;
   StateReader reader([&] { return blocks.Next(); });
   return optimizer->Load(&reader);
@@ -171,9 +178,12 @@ Status LoadState(const std::string& path, Optimizer<G>* optimizer) {
 
 template Status SaveState(const Optimizer<SE2>&, const std::string&);
 template Status SaveState(const Optimizer<SE3>&, const std::string&);
+template Status SaveState(const Optimizer<YawPose>&, const std::string&);
 template Status ParseState(std::string_view, Optimizer<SE2>*);
 template Status ParseState(std::string_view, Optimizer<SE3>*);
+template Status ParseState(std::string_view, Optimizer<YawPose>*);
 template Status LoadState(const std::string&, Optimizer<SE2>*);
 template Status LoadState(const std::string&, Optimizer<SE3>*);
+template Status LoadState(const std::string&, Optimizer<YawPose>*);
 
 }  // namespace hpgo

@@ -17,7 +17,7 @@ template <typename G>
 Status SaveState(const Optimizer<G>& optimizer, const std::string& path);
 
 // Replaces the optimizer, its options too; an error leaves it as it was. kUnreadable; kMalformed
-// with what is wrong with the file: no state, of another version, of the other dimension, damaged
+// with what is wrong with the file: no state, of another version, of poses of another kind, damaged
 // (every change of up to four neighbouring bytes is found, and nearly every other) or cut off.
 // Memory: that of the file besides.
 template <typename G>

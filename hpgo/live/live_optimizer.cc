@@ -279,5 +279,6 @@ void LiveOptimizer<G>::Work() {
 
 template class LiveOptimizer<SE2>;
 template class LiveOptimizer<SE3>;
+template class LiveOptimizer<YawPose>;
 
 }  // namespace hpgo

@@ -137,5 +137,6 @@ using LiveOptimizer3d = LiveOptimizer<SE3>;
 
 extern template class LiveOptimizer<SE2>;
 extern template class LiveOptimizer<SE3>;
+extern template class LiveOptimizer<YawPose>;
 
 }  // namespace hpgo

@@ -101,7 +101,9 @@ void PoseMapWriter<G>::EraseBelow(std::shared_ptr<Node>* at, std::uint64_t key, 
 
 template class PoseMap<SE2>;
 template class PoseMap<SE3>;
+template class PoseMap<YawPose>;
 template class PoseMapWriter<SE2>;
 template class PoseMapWriter<SE3>;
+template class PoseMapWriter<YawPose>;
 
 }  // namespace hpgo

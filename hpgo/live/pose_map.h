@@ -112,7 +112,9 @@ class PoseMapWriter {
 
 extern template class PoseMap<SE2>;
 extern template class PoseMap<SE3>;
+extern template class PoseMap<YawPose>;
 extern template class PoseMapWriter<SE2>;
 extern template class PoseMapWriter<SE3>;
+extern template class PoseMapWriter<YawPose>;
 
 }  // namespace hpgo

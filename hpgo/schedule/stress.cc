@@ -9,6 +9,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 StressThresholds StressThresholds::FromMean(double mean_chi2, double relative) {
   constexpr double kFloor = 1e-14;  // a graph that fits exactly leaves only rounding
@@ -113,6 +114,7 @@ double LargestPending(int l, const Hierarchy<G>& hierarchy) {
   template double LargestPending(int, const Hierarchy<G>&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
 #undef HPGO_INSTANTIATE
 
 }  // namespace hpgo

@@ -294,6 +294,7 @@ void BlockCholesky<kBlock>::Solve(double* x) const {
 }
 
 template class BlockCholesky<3>;
+template class BlockCholesky<4>;
 template class BlockCholesky<6>;
 
 }  // namespace hpgo

@@ -74,6 +74,7 @@ class BlockCholesky {
 };
 
 extern template class BlockCholesky<3>;
+extern template class BlockCholesky<4>;
 extern template class BlockCholesky<6>;
 
 }  // namespace hpgo

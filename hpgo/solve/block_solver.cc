@@ -16,13 +16,17 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 using Clock = std::chrono::steady_clock;
 
 // Of chi2: what rounding leaves where there is no noise.
 constexpr double kNegligiblePerFactor = 1e-18;
 
 // A few degrees before the half turn, steps grow short.
-bool IsHalfTurn(const SE2& deviation) { return std::cos(deviation.angle() / 2) < 0.05; }
+template <typename G>
+bool IsHalfTurn(const G& deviation) {
+  return std::cos(deviation.angle() / 2) < 0.05;
+}
 bool IsHalfTurn(const SE3& deviation) { return std::abs(deviation.rotation().w()) < 0.05; }
 
 template <typename G>
@@ -266,5 +270,6 @@ std::unique_ptr<SubproblemSolver<G>> MakeBlockSolver() {
 
 template std::unique_ptr<SubproblemSolver<SE2>> MakeBlockSolver();
 template std::unique_ptr<SubproblemSolver<SE3>> MakeBlockSolver();
+template std::unique_ptr<SubproblemSolver<YawPose>> MakeBlockSolver();
 
 }  // namespace hpgo

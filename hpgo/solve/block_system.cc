@@ -8,6 +8,7 @@ namespace hpgo {
 using ceres_costs::QuadraticModel;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 namespace {
 
@@ -137,5 +138,6 @@ double BlockSystem<G>::LargestTurn(const std::vector<double>& step) const {
 
 template class BlockSystem<SE2>;
 template class BlockSystem<SE3>;
+template class BlockSystem<YawPose>;
 
 }  // namespace hpgo

@@ -54,5 +54,6 @@ class BlockSystem {
 
 extern template class BlockSystem<ceres_costs::SE2>;
 extern template class BlockSystem<ceres_costs::SE3>;
+extern template class BlockSystem<ceres_costs::YawPose>;
 
 }  // namespace hpgo

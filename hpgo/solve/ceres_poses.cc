@@ -8,6 +8,7 @@ namespace hpgo {
 using ceres_costs::JacobianKind;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 ceres::Problem::Options CeresPosesOptions() {
   ceres::Problem::Options options;
@@ -75,5 +76,6 @@ ceres::CostFunction* CeresPoses<G>::CostOf(const Factor<G>& factor) {
 
 template class CeresPoses<SE2>;
 template class CeresPoses<SE3>;
+template class CeresPoses<YawPose>;
 
 }  // namespace hpgo

@@ -53,5 +53,6 @@ class CeresPoses {
 
 extern template class CeresPoses<ceres_costs::SE2>;
 extern template class CeresPoses<ceres_costs::SE3>;
+extern template class CeresPoses<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -129,5 +129,6 @@ std::unique_ptr<SubproblemSolver<G>> MakeCeresSolver() {
 
 template std::unique_ptr<SubproblemSolver<ceres_costs::SE2>> MakeCeresSolver();
 template std::unique_ptr<SubproblemSolver<ceres_costs::SE3>> MakeCeresSolver();
+template std::unique_ptr<SubproblemSolver<ceres_costs::YawPose>> MakeCeresSolver();
 
 }  // namespace hpgo

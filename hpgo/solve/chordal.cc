@@ -114,7 +114,7 @@ class Chordal {
     for (std::size_t i = 0; i < poses_.size(); ++i) {
       if (unknown_[i] == kKnown) continue;
       const Block relaxed = system->Solution(unknown_[i]).transpose();
-      SetRotation(NearestRotation<d>(relaxed, poses_[i].matrix()), &poses_[i]);
+      SetNearestRotation(relaxed, poses_[i].matrix(), &poses_[i]);
     }
     return true;
   }
@@ -221,11 +221,17 @@ template Result<std::vector<SE2>> ChordalPoses(const PoseGraph<SE2>&,
 template Result<std::vector<SE3>> ChordalPoses(const PoseGraph<SE3>&,
                                                const std::vector<Anchor<SE3>>&,
                                                const std::vector<SE3>&);
+template Result<std::vector<YawPose>> ChordalPoses(const PoseGraph<YawPose>&,
+                                                   const std::vector<Anchor<YawPose>>&,
+                                                   const std::vector<YawPose>&);
 template Result<std::vector<SE2>> ChordalTranslations(const PoseGraph<SE2>&,
                                                       const std::vector<Anchor<SE2>>&,
                                                       const std::vector<SE2>&);
 template Result<std::vector<SE3>> ChordalTranslations(const PoseGraph<SE3>&,
                                                       const std::vector<Anchor<SE3>>&,
                                                       const std::vector<SE3>&);
+template Result<std::vector<YawPose>> ChordalTranslations(const PoseGraph<YawPose>&,
+                                                          const std::vector<Anchor<YawPose>>&,
+                                                          const std::vector<YawPose>&);
 
 }  // namespace hpgo

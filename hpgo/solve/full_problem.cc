@@ -72,5 +72,6 @@ double FullProblem<G>::Sum(bool with_loss) const {
 
 template class FullProblem<SE2>;
 template class FullProblem<SE3>;
+template class FullProblem<YawPose>;
 
 }  // namespace hpgo

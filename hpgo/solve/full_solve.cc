@@ -354,5 +354,6 @@ FullSolveReport SolveFull(const FullSolveOptions& options, PoseGraph<G>* graph) 
 
 template FullSolveReport SolveFull(const FullSolveOptions&, PoseGraph<SE2>*);
 template FullSolveReport SolveFull(const FullSolveOptions&, PoseGraph<SE3>*);
+template FullSolveReport SolveFull(const FullSolveOptions&, PoseGraph<YawPose>*);
 
 }  // namespace hpgo

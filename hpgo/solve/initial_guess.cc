@@ -52,7 +52,7 @@ G RigidMotion(const std::vector<typename G::Vector>& from,
     correlation += (to[k] - to_mean) * (from[k] - from_mean).transpose();
   }
   G motion;
-  SetRotation(NearestRotation<G::kDim>(correlation, Rotation::Identity()), &motion);
+  SetNearestRotation(correlation, Rotation::Identity(), &motion);
   motion.translation() = to_mean - motion.matrix() * from_mean;
   return motion;
 }
@@ -231,11 +231,16 @@ template Result<std::vector<SE2>> AnotherGuess(const PoseGraph<SE2>&, const std:
                                                int);
 template Result<std::vector<SE3>> AnotherGuess(const PoseGraph<SE3>&, const std::vector<double>&,
                                                int);
+template Result<std::vector<YawPose>> AnotherGuess(const PoseGraph<YawPose>&,
+                                                   const std::vector<double>&, int);
 template Result<InitialGuess<SE2>> MakeInitialGuess(
     InitMethod, const PoseGraph<SE2>&, const std::function<double(const std::vector<SE2>&)>&,
     const std::atomic<bool>*);
 template Result<InitialGuess<SE3>> MakeInitialGuess(
     InitMethod, const PoseGraph<SE3>&, const std::function<double(const std::vector<SE3>&)>&,
     const std::atomic<bool>*);
+template Result<InitialGuess<YawPose>> MakeInitialGuess(
+    InitMethod, const PoseGraph<YawPose>&,
+    const std::function<double(const std::vector<YawPose>&)>&, const std::atomic<bool>*);
 
 }  // namespace hpgo

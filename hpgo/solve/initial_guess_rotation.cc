@@ -6,6 +6,7 @@
 #include "Eigen/SVD"
 
 namespace hpgo {
+namespace {
 
 template <int d>
 Eigen::Matrix<double, d, d> NearestRotation(const Eigen::Matrix<double, d, d>& m,
@@ -18,15 +19,26 @@ Eigen::Matrix<double, d, d> NearestRotation(const Eigen::Matrix<double, d, d>& m
   return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
 }
 
-void SetRotation(const Eigen::Matrix2d& rotation, ceres_costs::SE2* pose) {
-  const auto t = pose->translation();
-  *pose = ceres_costs::SE2(t(0), t(1), std::atan2(rotation(1, 0), rotation(0, 0)));
-}
-void SetRotation(const Eigen::Matrix3d& rotation, ceres_costs::SE3* pose) {
-  pose->rotation() = Eigen::Quaterniond(rotation);
-}
+double Angle(const Eigen::Matrix2d& rotation) { return std::atan2(rotation(1, 0), rotation(0, 0)); }
 
-template Eigen::Matrix2d NearestRotation<2>(const Eigen::Matrix2d&, const Eigen::Matrix2d&);
-template Eigen::Matrix3d NearestRotation<3>(const Eigen::Matrix3d&, const Eigen::Matrix3d&);
+}  // namespace
+
+void SetNearestRotation(const Eigen::Matrix2d& m, const Eigen::Matrix2d& fallback,
+                        ceres_costs::SE2* pose) {
+  const auto t = pose->translation();
+  *pose = ceres_costs::SE2(t(0), t(1), Angle(NearestRotation<2>(m, fallback)));
+}
+void SetNearestRotation(const Eigen::Matrix3d& m, const Eigen::Matrix3d& fallback,
+                        ceres_costs::SE3* pose) {
+  pose->rotation() = Eigen::Quaterniond(NearestRotation<3>(m, fallback));
+}
+void SetNearestRotation(const Eigen::Matrix3d& m, const Eigen::Matrix3d& fallback,
+                        ceres_costs::YawPose* pose) {
+  const auto t = pose->translation();
+  // Of a rotation about z only the upper left block counts.
+  const double yaw =
+      Angle(NearestRotation<2>(m.topLeftCorner<2, 2>(), fallback.topLeftCorner<2, 2>()));
+  *pose = ceres_costs::YawPose(t(0), t(1), t(2), yaw);
+}
 
 }  // namespace hpgo

@@ -1,17 +1,19 @@
-// Rotation matrices as the initial guesses need them, for both groups.
+// Rotation matrices as the initial guesses need them, for all groups.
 #pragma once
 
 #include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
+#include "ceres_costs/yaw_pose.h"
 
 namespace hpgo {
 
-// The rotation nearest to `m` in the Frobenius norm; `fallback` if m is zero.
-template <int d>
-Eigen::Matrix<double, d, d> NearestRotation(const Eigen::Matrix<double, d, d>& m,
-                                            const Eigen::Matrix<double, d, d>& fallback);
-
-void SetRotation(const Eigen::Matrix2d& rotation, ceres_costs::SE2* pose);
-void SetRotation(const Eigen::Matrix3d& rotation, ceres_costs::SE3* pose);
+// Gives the pose the rotation of its group that is nearest to `m` in the Frobenius norm; `fallback`
+// if m is zero.
+void SetNearestRotation(const Eigen::Matrix2d& m, const Eigen::Matrix2d& fallback,
+                        ceres_costs::SE2* pose);
+void SetNearestRotation(const Eigen::Matrix3d& m, const Eigen::Matrix3d& fallback,
+                        ceres_costs::SE3* pose);
+void SetNearestRotation(const Eigen::Matrix3d& m, const Eigen::Matrix3d& fallback,
+                        ceres_costs::YawPose* pose);
 
 }  // namespace hpgo

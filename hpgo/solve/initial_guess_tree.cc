@@ -138,15 +138,21 @@ std::vector<double> UncertaintyLengths(const PoseGraph<G>& graph) {
 
 template std::vector<Anchor<SE2>> FindAnchors(const PoseGraph<SE2>&, const Components&);
 template std::vector<Anchor<SE3>> FindAnchors(const PoseGraph<SE3>&, const Components&);
+template std::vector<Anchor<YawPose>> FindAnchors(const PoseGraph<YawPose>&, const Components&);
 template std::vector<SE2> ComposeAlongShortestPaths(const PoseGraph<SE2>&,
                                                     const std::vector<Anchor<SE2>>&,
                                                     const std::vector<double>&);
 template std::vector<SE3> ComposeAlongShortestPaths(const PoseGraph<SE3>&,
                                                     const std::vector<Anchor<SE3>>&,
                                                     const std::vector<double>&);
+template std::vector<YawPose> ComposeAlongShortestPaths(const PoseGraph<YawPose>&,
+                                                        const std::vector<Anchor<YawPose>>&,
+                                                        const std::vector<double>&);
 template std::vector<double> OdometryLengths(const PoseGraph<SE2>&);
 template std::vector<double> OdometryLengths(const PoseGraph<SE3>&);
+template std::vector<double> OdometryLengths(const PoseGraph<YawPose>&);
 template std::vector<double> UncertaintyLengths(const PoseGraph<SE2>&);
 template std::vector<double> UncertaintyLengths(const PoseGraph<SE3>&);
+template std::vector<double> UncertaintyLengths(const PoseGraph<YawPose>&);
 
 }  // namespace hpgo

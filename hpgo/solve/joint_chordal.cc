@@ -60,13 +60,13 @@ class JointChordal {
   using Value = Eigen::Matrix<double, d + 1, d>;
   using Rotation = typename G::RotationMatrix;
 
-  // p of the rotations and w of the translations. In 3D the rotational error of g2o is half the
-  // angle.
+  // p of the rotations and w of the translations. With three angles the rotational error of g2o is
+  // half the angle.
   struct Weights {
     double rotation = 0, translation = 0;
   };
   static Weights WeightsOf(const typename G::Matrix& information) {
-    constexpr double kPerAngle = d == 3 ? 0.25 : 1;
+    constexpr double kPerAngle = r == 3 ? 0.25 : 1;
     return {0.5 * kPerAngle * information.template bottomRightCorner<r, r>().trace() / r,
             information.template topLeftCorner<d, d>().trace() / d};
   }
@@ -136,7 +136,7 @@ class JointChordal {
     for (std::size_t k = 0; k < poses_.size(); ++k) {
       if (unknown_[k] == kKnown) continue;
       const Rotation relaxed = system.Solution(unknown_[k]).template topRows<d>().transpose();
-      SetRotation(NearestRotation<d>(relaxed, poses_[k].matrix()), &poses_[k]);
+      SetNearestRotation(relaxed, poses_[k].matrix(), &poses_[k]);
     }
     return true;
   }
@@ -152,7 +152,7 @@ class JointChordal {
     }
     for (std::size_t k = 0; k < poses_.size(); ++k) {
       const Rotation turned = turn[components_.of_node[k]] * poses_[k].matrix();
-      SetRotation(turned, &poses_[k]);
+      SetNearestRotation(turned, turned, &poses_[k]);
     }
   }
 
@@ -184,5 +184,9 @@ template Result<std::vector<SE3>> JointChordalPoses(const PoseGraph<SE3>&,
                                                     const std::vector<Anchor<SE3>>&,
                                                     const std::vector<SE3>&,
                                                     const JointChordalOptions&);
+template Result<std::vector<YawPose>> JointChordalPoses(const PoseGraph<YawPose>&,
+                                                        const std::vector<Anchor<YawPose>>&,
+                                                        const std::vector<YawPose>&,
+                                                        const JointChordalOptions&);
 
 }  // namespace hpgo

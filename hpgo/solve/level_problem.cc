@@ -8,6 +8,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 Result<std::shared_ptr<CeresLevel<G>>> CeresLevel<G>::Make(int level, Hierarchy<G>* hierarchy) {
@@ -38,5 +39,6 @@ double* CeresLevel<G>::BlockOf(Index index) const {
 
 template class CeresLevel<SE2>;
 template class CeresLevel<SE3>;
+template class CeresLevel<YawPose>;
 
 }  // namespace hpgo

@@ -48,5 +48,6 @@ class CeresLevel {
 
 extern template class CeresLevel<ceres_costs::SE2>;
 extern template class CeresLevel<ceres_costs::SE3>;
+extern template class CeresLevel<ceres_costs::YawPose>;
 
 }  // namespace hpgo

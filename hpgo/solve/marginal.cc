@@ -81,9 +81,13 @@ template Result<Eigen::MatrixXd> JointCovariance(const Subproblem<ceres_costs::S
                                                  const std::vector<int>&);
 template Result<Eigen::MatrixXd> JointCovariance(const Subproblem<ceres_costs::SE3>&,
                                                  const std::vector<int>&);
+template Result<Eigen::MatrixXd> JointCovariance(const Subproblem<ceres_costs::YawPose>&,
+                                                 const std::vector<int>&);
 template Result<ceres_costs::SE2::Matrix> MarginalCovariance(const Subproblem<ceres_costs::SE2>&,
                                                              int);
 template Result<ceres_costs::SE3::Matrix> MarginalCovariance(const Subproblem<ceres_costs::SE3>&,
                                                              int);
+template Result<ceres_costs::YawPose::Matrix> MarginalCovariance(
+    const Subproblem<ceres_costs::YawPose>&, int);
 
 }  // namespace hpgo

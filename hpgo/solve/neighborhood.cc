@@ -10,6 +10,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // Finds ways in the hierarchy, breadth-first.
 template <typename G>
@@ -227,5 +228,7 @@ template Status FindNeighborhood(const std::vector<Index>&, int, CondensedGraph<
                                  Neighborhood<SE2>*);
 template Status FindNeighborhood(const std::vector<Index>&, int, CondensedGraph<SE3>*,
                                  Neighborhood<SE3>*);
+template Status FindNeighborhood(const std::vector<Index>&, int, CondensedGraph<YawPose>*,
+                                 Neighborhood<YawPose>*);
 
 }  // namespace hpgo

@@ -21,5 +21,6 @@ std::unique_ptr<SubproblemSolver<G>> MakeSolver(Engine engine) {
 
 template std::unique_ptr<SubproblemSolver<ceres_costs::SE2>> MakeSolver(Engine);
 template std::unique_ptr<SubproblemSolver<ceres_costs::SE3>> MakeSolver(Engine);
+template std::unique_ptr<SubproblemSolver<ceres_costs::YawPose>> MakeSolver(Engine);
 
 }  // namespace hpgo

@@ -129,5 +129,6 @@ std::vector<int> FindUndetermined(const Subproblem<G>& problem) {
 
 template std::vector<int> FindUndetermined(const Subproblem<ceres_costs::SE2>&);
 template std::vector<int> FindUndetermined(const Subproblem<ceres_costs::SE3>&);
+template std::vector<int> FindUndetermined(const Subproblem<ceres_costs::YawPose>&);
 
 }  // namespace hpgo

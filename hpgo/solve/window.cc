@@ -203,5 +203,6 @@ void Window<G>::Commit(Hierarchy<G>* hierarchy) const {
 
 template class Window<ceres_costs::SE2>;
 template class Window<ceres_costs::SE3>;
+template class Window<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -80,5 +80,6 @@ class Window {
 
 extern template class Window<ceres_costs::SE2>;
 extern template class Window<ceres_costs::SE3>;
+extern template class Window<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -10,6 +10,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 void Chi2Mean::Sample(const Hierarchy<G>& hierarchy, int new_edges) {
@@ -33,5 +34,6 @@ void Chi2Mean::Sample(const Hierarchy<G>& hierarchy, int new_edges) {
 
 template void Chi2Mean::Sample(const Hierarchy<SE2>&, int);
 template void Chi2Mean::Sample(const Hierarchy<SE3>&, int);
+template void Chi2Mean::Sample(const Hierarchy<YawPose>&, int);
 
 }  // namespace hpgo

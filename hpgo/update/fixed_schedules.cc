@@ -8,6 +8,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -73,6 +74,7 @@ bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, Update
   template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
 #undef HPGO_INSTANTIATE
 
 }  // namespace hpgo

@@ -9,6 +9,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 namespace {
 
@@ -224,5 +225,6 @@ std::vector<Index> Gauge<G>::Hold(CondensedGraph<G>* graph) {
 
 template class Gauge<SE2>;
 template class Gauge<SE3>;
+template class Gauge<YawPose>;
 
 }  // namespace hpgo

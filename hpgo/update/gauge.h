@@ -61,5 +61,6 @@ class Gauge {
 
 extern template class Gauge<ceres_costs::SE2>;
 extern template class Gauge<ceres_costs::SE3>;
+extern template class Gauge<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -5,6 +5,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
@@ -33,5 +34,6 @@ void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateRepor
 
 template void MergeDirty(const UpdateTools<SE2>&, const UpdatePlan&, UpdateReport*);
 template void MergeDirty(const UpdateTools<SE3>&, const UpdatePlan&, UpdateReport*);
+template void MergeDirty(const UpdateTools<YawPose>&, const UpdatePlan&, UpdateReport*);
 
 }  // namespace hpgo

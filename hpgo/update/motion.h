@@ -4,17 +4,22 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ceres_costs/se2.h"
 #include "ceres_costs/se3.h"
 #include "hpgo/update/report.h"
 
 namespace hpgo {
 
 // Grows with the angle; about half of it where it is small.
-inline double HalfRotation(const ceres_costs::SE2& T) { return 0.5 * std::abs(T.angle()); }
+template <typename G>
+double HalfRotation(const G& T) {
+  return 0.5 * std::abs(T.angle());
+}
 inline double HalfRotation(const ceres_costs::SE3& T) { return T.rotation().vec().norm(); }
 
-inline double Angle(const ceres_costs::SE2& T) { return std::abs(T.angle()); }
+template <typename G>
+double Angle(const G& T) {
+  return std::abs(T.angle());
+}
 inline double Angle(const ceres_costs::SE3& T) {
   return 2 * std::asin(std::min(1., T.rotation().vec().norm()));
 }

@@ -11,6 +11,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // Just above what is worth a look: the look decides.
 template <typename G>
@@ -120,6 +121,7 @@ void QueueRefreshed(const StressThresholds& thresholds, Hierarchy<G>* hierarchy)
   template void QueueRefreshed(const StressThresholds&, Hierarchy<G>*);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
 #undef HPGO_INSTANTIATE
 
 }  // namespace hpgo

@@ -14,6 +14,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -74,5 +75,6 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
 
 template class Updater<SE2>;
 template class Updater<SE3>;
+template class Updater<YawPose>;
 
 }  // namespace hpgo

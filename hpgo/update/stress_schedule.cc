@@ -11,6 +11,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 // One update's; thrown away after it.
 template <typename G>
@@ -151,5 +152,6 @@ bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Upda
 
 template bool RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&, UpdateReport*);
 template bool RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&, UpdateReport*);
+template bool RunStressSchedule(const UpdateTools<YawPose>&, const UpdatePlan&, UpdateReport*);
 
 }  // namespace hpgo

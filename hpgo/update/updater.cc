@@ -12,6 +12,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 double CostOf(CondensedGraph<G>* graph) {
@@ -144,7 +145,9 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
 
 template double CostOf(CondensedGraph<SE2>*);
 template double CostOf(CondensedGraph<SE3>*);
+template double CostOf(CondensedGraph<YawPose>*);
 template class Updater<SE2>;
 template class Updater<SE3>;
+template class Updater<YawPose>;
 
 }  // namespace hpgo

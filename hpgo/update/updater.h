@@ -54,5 +54,6 @@ double CostOf(CondensedGraph<G>* graph);
 
 extern template class Updater<ceres_costs::SE2>;
 extern template class Updater<ceres_costs::SE3>;
+extern template class Updater<ceres_costs::YawPose>;
 
 }  // namespace hpgo

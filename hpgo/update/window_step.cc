@@ -16,6 +16,7 @@ namespace hpgo {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 void Note(const StepResult& step, UpdateReport* report) {
   if (!step.status.ok()) report->status = step.status;
@@ -157,5 +158,6 @@ void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& th
 
 template class WindowStep<SE2>;
 template class WindowStep<SE3>;
+template class WindowStep<YawPose>;
 
 }  // namespace hpgo

@@ -60,5 +60,6 @@ class WindowStep {
 
 extern template class WindowStep<ceres_costs::SE2>;
 extern template class WindowStep<ceres_costs::SE3>;
+extern template class WindowStep<ceres_costs::YawPose>;
 
 }  // namespace hpgo

@@ -20,6 +20,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 PoseGraph<G> Graph() {
@@ -56,8 +57,8 @@ TEST(Jacobians, OfTheSystem) {
 }
 
 // Residuals and Jacobians of each cost over two poses, as a cost of the group.
-template <typename G, typename Mapper>
-void ExpectTrueJacobians(Mapper mapper, const PoseGraph<G>& graph) {
+template <typename G, typename Mapper, typename Measured>
+void ExpectTrueJacobians(Mapper mapper, const PoseGraph<Measured>& graph) {
   SCOPED_TRACE(MapperName(mapper));
   const auto made = MakeMapperProblem(mapper, graph);
   const ProblemView view(*made->problem);
@@ -123,6 +124,9 @@ TEST(Jacobians, OfAdaptedCosts) {
         Mapper3d::kOv2slam, Mapper3d::kCovins, Mapper3d::kOpenLidarMap}) {
     ExpectTrueJacobians<SE3>(mapper, Graph<SE3>());
   }
+  for (const Mapper3d mapper : {Mapper3d::kVins4, Mapper3d::kVoxgraph}) {
+    ExpectTrueJacobians<YawPose>(mapper, Graph<SE3>());
+  }
 }
 
 // The numbers of a pose, and back.
@@ -179,6 +183,14 @@ TEST(Jacobians, OfTheCodec) {
   codec.Write(X, values);
   EXPECT_NEAR(values[0], 720 - 0.5 * 180 / M_PI, 1e-9);  // as near as can be to what was there
   EXPECT_LE(codec.Read(values).LocalCoordinates(X).norm(), 1e-12);
+  layout.kind = PoseLayout::Kind::kXYZYaw;
+  const PoseCodec<YawPose> upright(layout);
+  const YawPose Y(1, 2, 3, 0.5);
+  double numbers[4] = {-720, 0, 0, 0};
+  upright.Write(Y, numbers);
+  EXPECT_NEAR(numbers[0], -720 - 0.5 * 180 / M_PI, 1e-9);
+  EXPECT_NEAR(numbers[3], -3, 1e-12);
+  EXPECT_LE(upright.Read(numbers).LocalCoordinates(Y).norm(), 1e-12);
 }
 
 }  // namespace

@@ -146,7 +146,7 @@ TEST(LevelProblem, OfAProblemSolver) {
   solver.Refine();
   ASSERT_EQ(solver.why_not_kept(), "");
   EXPECT_EQ(solver.LevelProblem<SE2>(0).status().message(),
-            "the problem's poses are of the other group");
+            "the problem's poses are of another group");
   const auto level = solver.LevelProblem<SE3>(0);
   ASSERT_TRUE(level.ok()) << level.status().ToString();
   EXPECT_NEAR(CostOf(&(*level)->problem()), CostOf(made->problem.get()),

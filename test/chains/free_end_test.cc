@@ -10,7 +10,7 @@ namespace {
 
 template <typename G>
 class FreeEndTest : public testing::Test {};
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(FreeEndTest, Groups);
 
 // The edge 2 -> 3, bent as a part of a chain, joins 3 -> 4, which was none: where both hang free

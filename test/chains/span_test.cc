@@ -46,7 +46,7 @@ class SpanTest : public testing::Test {
   SpanTree<G> tree_{ceres_costs::ErrorConvention::kG2o};
   std::vector<Index> edges_;
 };
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(SpanTest, Groups);
 
 TYPED_TEST(SpanTest, AChainPrefersWhatItsMeasurementsSay) {

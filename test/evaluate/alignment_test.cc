@@ -11,6 +11,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 class AlignmentTest : public ::testing::Test {
@@ -21,7 +22,7 @@ class AlignmentTest : public ::testing::Test {
   }
   std::mt19937_64 rng_{7};
 };
-using Groups = ::testing::Types<SE2, SE3>;
+using Groups = ::testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(AlignmentTest, Groups, );
 
 TYPED_TEST(AlignmentTest, RecoversAKnownTransform) {

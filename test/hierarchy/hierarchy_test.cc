@@ -14,6 +14,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 class HierarchyTest : public testing::Test {
@@ -70,7 +71,7 @@ class HierarchyTest : public testing::Test {
   std::vector<Index> nodes_, edges_;
 };
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(HierarchyTest, Groups);
 
 TYPED_TEST(HierarchyTest, IsConsistentAfterEveryInsertion) {

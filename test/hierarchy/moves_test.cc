@@ -11,6 +11,7 @@ namespace {
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
+using ceres_costs::YawPose;
 
 template <typename G>
 class MovesTest : public testing::Test {
@@ -56,7 +57,7 @@ class MovesTest : public testing::Test {
   std::vector<Index> nodes_;
 };
 
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(MovesTest, Groups);
 
 TYPED_TEST(MovesTest, SurvivesTheLossOfLevels) {

@@ -261,7 +261,7 @@ class StateFileTest : public testing::Test {
   }
   const std::string path_ = TempPath(std::to_string(G::kDim) + "d");
 };
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(StateFileTest, Groups);
 
 TYPED_TEST(StateFileTest, GoesOnWithTheSameBits) {
@@ -393,7 +393,7 @@ TEST(StateFileErrorsTest, NameWhatIsWrong) {
   EXPECT_EQ(LoadState(path, &optimizer).message(), path + ": is no saved state");
   ASSERT_TRUE(SaveState(Optimizer3d(), path).ok());
   EXPECT_EQ(LoadState(path, &optimizer).message(),
-            path + ": is the state of a 3D graph, not of a 2D one");
+            path + ": is the state of a 3D graph, not of a 2D graph");
   // Of another version, undamaged.
   std::string bytes = ReadBytes(path);
   bytes[8] = static_cast<char>(kStateVersion + 1);

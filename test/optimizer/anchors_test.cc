@@ -48,7 +48,7 @@ class AnchorsTest : public testing::Test {
   std::map<NodeId, G> truth_;
   Optimizer<G> optimizer_{Options()};
 };
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(AnchorsTest, Groups);
 
 TYPED_TEST(AnchorsTest, TheFirstNodeOfEachComponentStaysPut) {

@@ -67,7 +67,7 @@ class CeresReference {
 
 template <typename G>
 class CovarianceTest : public testing::Test {};
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(CovarianceTest, Groups);
 
 TYPED_TEST(CovarianceTest, EqualsThatOfCeres) {

@@ -52,7 +52,7 @@ class PriorsTest : public testing::Test {
   std::map<NodeId, G> truth_;
   Optimizer<G> optimizer_;
 };
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(PriorsTest, Groups);
 
 TYPED_TEST(PriorsTest, AFullPriorBringsTheMapHome) {
@@ -126,7 +126,7 @@ TYPED_TEST(PriorsTest, FarFromTheOrigin) {
 }
 
 TYPED_TEST(PriorsTest, OfAnUnnormalizedQuaternionAreTheSame) {
-  if constexpr (TypeParam::kDim == 3) {
+  if constexpr (TypeParam::kRotationDof == 3) {
     this->Build(RandomPose<TypeParam>(&this->rng_, 3, 0.5));
     TypeParam offset = RandomPose<TypeParam>(&this->rng_, 2, 2);
     TypeParam measurement = this->truth_[4] * offset;

@@ -294,7 +294,7 @@ class Sequence {
 
 template <typename G>
 class PropertyTest : public testing::Test {};
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(PropertyTest, Groups);
 
 // In 3D, the levels of this one undid each other's work: Refine did not come to rest.

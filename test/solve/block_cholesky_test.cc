@@ -134,7 +134,7 @@ class BlockCholeskyTest : public testing::Test {
   BlockCholesky<B> cholesky_;  // one object for all patterns of a test
 };
 
-using Sizes = testing::Types<Traits<3>, Traits<6>>;
+using Sizes = testing::Types<Traits<3>, Traits<4>, Traits<6>>;
 TYPED_TEST_SUITE(BlockCholeskyTest, Sizes);
 
 TYPED_TEST(BlockCholeskyTest, TakesAnEmptyMatrix) {

@@ -159,7 +159,7 @@ class BlockSolverTest : public testing::Test {
   std::unique_ptr<SubproblemSolver<G>> solver_ = MakeBlockSolver<G>();
   std::unique_ptr<SubproblemSolver<G>> ceres_ = MakeCeresSolver<G>();
 };
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(BlockSolverTest, Groups);
 
 TYPED_TEST(BlockSolverTest, FindsTheOptimumOfCeresOnRandomProblems) {

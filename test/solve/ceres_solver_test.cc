@@ -27,7 +27,7 @@ class CeresSolverTest : public ::testing::Test {
  protected:
   std::unique_ptr<SubproblemSolver<G>> solver_ = MakeCeresSolver<G>();
 };
-using Groups = ::testing::Types<SE2, SE3>;
+using Groups = ::testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(CeresSolverTest, Groups);
 
 TYPED_TEST(CeresSolverTest, ReportsCostsWithoutTheHalf) {

@@ -46,7 +46,7 @@ void Append(const PoseGraph<G>& part, PoseGraph<G>* graph) {
 
 template <typename G>
 class FullSolveTest : public ::testing::Test {};
-using Groups = ::testing::Types<SE2, SE3>;
+using Groups = ::testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(FullSolveTest, Groups);
 
 TYPED_TEST(FullSolveTest, ReachesTheOptimumFromEveryStart) {

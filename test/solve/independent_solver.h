@@ -108,9 +108,14 @@ class IndependentSolver {
     return {Vector(X.translation()),
             Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix()};
   }
+  static Pose FromGroup(const YawPose& X) {
+    return {Vector(X.translation()), Rotate(Eigen::Matrix<double, 1, 1>(X.data()[3]))};
+  }
 
-  static Eigen::Matrix2d Rotate(const Eigen::Matrix<double, 1, 1>& w) {
-    return Eigen::Rotation2Dd(w(0)).toRotationMatrix();
+  static Rotation Rotate(const Eigen::Matrix<double, 1, 1>& w) {
+    Rotation R = Rotation::Identity();
+    R.template topLeftCorner<2, 2>() = Eigen::Rotation2Dd(w(0)).toRotationMatrix();
+    return R;
   }
   static Eigen::Matrix3d Rotate(const Eigen::Vector3d& w) {
     const double angle = w.norm();
@@ -124,12 +129,13 @@ class IndependentSolver {
   }
 
   // The angle, or the vector part of the quaternion with w >= 0.
-  static Eigen::Matrix<double, 1, 1> RotationError(const Eigen::Matrix2d& D) {
-    return Eigen::Matrix<double, 1, 1>(std::atan2(D(1, 0), D(0, 0)));
-  }
-  static Eigen::Vector3d RotationError(const Eigen::Matrix3d& D) {
-    const Eigen::AngleAxisd turn(D);  // of an angle in [0, pi]
-    return std::sin(0.5 * turn.angle()) * turn.axis();
+  static Eigen::Matrix<double, r, 1> RotationError(const Rotation& D) {
+    if constexpr (r == 1) {
+      return Eigen::Matrix<double, 1, 1>(std::atan2(D(1, 0), D(0, 0)));
+    } else {
+      const Eigen::AngleAxisd turn(D);  // of an angle in [0, pi]
+      return std::sin(0.5 * turn.angle()) * turn.axis();
+    }
   }
 
   Error EdgeError(std::size_t k, const Pose& X_i, const Pose& X_j) const {

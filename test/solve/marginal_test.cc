@@ -12,7 +12,7 @@ namespace {
 
 template <typename G>
 class MarginalTest : public testing::Test {};
-using Groups = testing::Types<SE2, SE3>;
+using Groups = testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(MarginalTest, Groups);
 
 // H = sum J' Omega J by numeric derivatives of the whitened errors.

@@ -39,7 +39,7 @@ void Hang(int from, NodeId id, const typename G::Matrix& information, PoseGraph<
 
 template <typename G>
 class UndeterminedTest : public ::testing::Test {};
-using Groups = ::testing::Types<SE2, SE3>;
+using Groups = ::testing::Types<SE2, SE3, YawPose>;
 TYPED_TEST_SUITE(UndeterminedTest, Groups);
 
 TYPED_TEST(UndeterminedTest, NodesThatHangOnSemiDefiniteEdgesAreNamed) {
