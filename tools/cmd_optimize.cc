@@ -1,4 +1,5 @@
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,6 +20,7 @@
 #include "tools/edge_report.h"
 #include "tools/read_graph.h"
 #include "tools/signals.h"
+#include "tools/upright_file.h"
 
 DEFINE_bool(edge_report, false, "print the ten edges with the largest chi2 after the optimization");
 
@@ -59,6 +61,10 @@ bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
   std::string error;
   if (!ceres_costs::MakeLoss(FLAGS_loss, FLAGS_loss_scale, &loss, &error)) {
     FailUsage("--loss: " + error);
+    return false;
+  }
+  if (const std::string problem = DofFlagProblem(); !problem.empty()) {
+    FailUsage(problem);
     return false;
   }
   if (FLAGS_max_iterations < 0) {
@@ -201,9 +207,11 @@ ordered_json ResultJson(const hpgo::FullSolveReport& report) {
             {"total", report.seconds}}}};
 }
 
-// Optimizes and writes; `json` gets what --stats_json prints.
+// Optimizes `graph` and writes; `json` gets what --stats_json prints. `write` brings the result
+// into the file.
 template <typename G>
-int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, ordered_json* json) {
+int OptimizeGraph(hpgo::FullSolveOptions options, hpgo::PoseGraph<G>* graph, ordered_json* json,
+                  const std::function<hpgo::Status()>& write) {
   hpgo::FullSolveReport report;
   {
     Progress progress;
@@ -212,7 +220,7 @@ int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, order
         progress.Show("iteration " + std::to_string(iteration) + ", cost " + FormatNumber(cost));
       };
     }
-    report = hpgo::SolveFull(options, &file->graph);
+    report = hpgo::SolveFull(options, graph);
   }
   json->update(ResultJson(report));
   const bool interrupted = report.status.code() == hpgo::StatusCode::kInterrupted;
@@ -222,14 +230,14 @@ int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, order
   DescribeResult(report);
   if (FLAGS_edge_report) {
     const std::vector<ReportedEdge> worst =
-        FindWorstEdges(file->graph, options.convention, kReportedEdges);
+        FindWorstEdges(*graph, options.convention, kReportedEdges);
     // A result, but never between the lines of another one.
     const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_json == "-";
     PrintWorstEdges(worst, report.chi2_after, stdout_taken ? Message : Print);
     (*json)["worst_edges"] = WorstEdgesJson(worst);
   }
   if (!FLAGS_output.empty()) {
-    const hpgo::Status written = hpgo::WriteG2o(*file, FLAGS_output);
+    const hpgo::Status written = write();
     if (!written.ok()) return Fail(written);
     if (FLAGS_output != "-") Message("wrote " + FLAGS_output);
   }
@@ -237,6 +245,23 @@ int OptimizeFile(hpgo::FullSolveOptions options, hpgo::GraphFile<G>* file, order
   if (report.converged) return kExitOk;
   Warn("a limit ended the optimization before it converged; the result is usable");
   return kExitLimit;
+}
+
+template <typename G>
+int OptimizeFile(const std::string& input, const hpgo::FullSolveOptions& options,
+                 hpgo::GraphFile<G>* file, ordered_json* json) {
+  if constexpr (G::kDim == 3) {
+    if (FLAGS_dof == 4) {
+      hpgo::Result<hpgo::UprightGraph> upright = MakeUpright(file->graph, input);
+      if (!upright.ok()) return Fail(upright.status());
+      return OptimizeGraph(options, &upright->graph, json, [&] {
+        file->graph = WithUprightPoses(file->graph, *upright, upright->graph);
+        return hpgo::WriteG2o(*file, FLAGS_output);
+      });
+    }
+  }
+  return OptimizeGraph(options, &file->graph, json,
+                       [&] { return hpgo::WriteG2o(*file, FLAGS_output); });
 }
 
 int Run(const std::vector<std::string>& arguments) {
@@ -257,7 +282,9 @@ int Run(const std::vector<std::string>& arguments) {
         ordered_json json;
         json["input"] = InputJson(input, G::kDim, graph.nodes().size(), graph.edges().size(),
                                   graph.priors().size(), report);
-        const int exit_code = OptimizeFile(options, &graph_file, &json);
+        const std::string misfit = DofMisfit(G::kDim, input);
+        if (!misfit.empty()) return FailUsage(misfit);
+        const int exit_code = OptimizeFile(input, options, &graph_file, &json);
         json["seconds"]["read"] = read_seconds;
         json["exit_code"] = exit_code;
         if (FLAGS_stats_json.empty()) return exit_code;
@@ -276,7 +303,7 @@ const Command& OptimizeCommand() {
       "Moves the poses of a g2o or TORO file to where its edges agree best.",
       1,
       1,
-      {"output", "stats_json", "init", "engine", "error", "loss", "loss_scale", "loss_on",
+      {"output", "stats_json", "init", "engine", "dof", "error", "loss", "loss_scale", "loss_on",
        "max_iterations", "max_seconds", "edge_report", "strict", "project_information",
        "identity_information", "create_missing", "row_major_edge2"},
       &Run,
@@ -285,9 +312,14 @@ const Command& OptimizeCommand() {
       "a component with neither a fixed node nor a prior keeps its first node. Ctrl-C "
       "once ends it\n"
       "after the current iteration and writes what there is (exit code 130).\n\n"
+      "With --dof=4 roll and pitch stay as the file's vertices have them, in a world whose z is "
+      "up: each\nmeasurement is turned by them into gravity-aligned frames, and what its "
+      "information "
+      "says of x, y, z\nand yaw there is kept. The chi2 is of these four.\n\n"
       "Examples:\n"
       "  hpgo optimize map.g2o --output=optimized.g2o\n"
-      "  hpgo optimize map.g2o --loss=dcs --edge_report --stats_json=stats.json\n"};
+      "  hpgo optimize map.g2o --loss=dcs --edge_report --stats_json=stats.json\n"
+      "  hpgo optimize vio.g2o --dof=4 --output=optimized.g2o\n"};
   return *command;
 }
 

@@ -1,5 +1,6 @@
 #include <chrono>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <string>
 #include <type_traits>
@@ -19,6 +20,7 @@
 #include "tools/replay_report.h"
 #include "tools/replay_run.h"
 #include "tools/signals.h"
+#include "tools/upright_file.h"
 
 namespace hpgo_cli {
 namespace {
@@ -120,11 +122,14 @@ hpgo::Status WriteResults(const ReplayFigures& figures, int exit_code,
   return status;
 }
 
-template <typename G>
-int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFile<G>* file,
-               const std::optional<PoseSource>& reference) {
+// Of `graph`; `in_file` makes the graph of the file's poses of an estimate.
+template <typename G, typename F>
+int ReplayGraph(const std::string& input, ReplaySettings settings, const hpgo::PoseGraph<G>& graph,
+                const std::optional<PoseSource>& reference,
+                const std::function<hpgo::PoseGraph<F>(hpgo::PoseGraph<G>)>& in_file,
+                hpgo::GraphFile<F>* file) {
   if (settings.far_closure > 0 &&
-      (file->graph.nodes().size() < kMinFarClosureNodes || file->graph.edges().empty())) {
+      (graph.nodes().size() < kMinFarClosureNodes || graph.edges().empty())) {
     return Fail(hpgo::Status(hpgo::StatusCode::kInvalidArgument,
                              input + ": a far-off closure needs " +
                                  std::to_string(kMinFarClosureNodes) + " nodes and an edge"));
@@ -138,7 +143,7 @@ int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFil
     settings.options = optimizer.options();
     Message("resumed " + FLAGS_resume + " at " + Plural(optimizer.num_nodes(), "node"));
   }
-  hpgo::Result<ReplayResult> result = RunReplay(file->graph, settings, &optimizer);
+  hpgo::Result<ReplayResult> result = RunReplay(graph, settings, &optimizer);
   if (!result.ok()) return Fail(result.status());
 
   ReplayFigures figures;
@@ -153,7 +158,7 @@ int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFil
   figures.levels = LevelSizes(optimizer.hierarchy());
   figures.cost = optimizer.Cost();
   figures.chi2 = Chi2(optimizer);
-  const hpgo::PoseGraph<G> estimate = optimizer.ToGraph();
+  const hpgo::PoseGraph<F> estimate = in_file(optimizer.ToGraph());
   if (reference.has_value()) {
     const hpgo::Result<ReferenceError> error = CompareWithReference(estimate, input, *reference);
     if (!error.ok()) return Fail(error.status());
@@ -164,7 +169,7 @@ int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFil
     limits.max_seconds = settings.update_seconds;
     limits.cancel = &CancelFlag();
     hpgo::Result<Recovery> recovery =
-        RecoverFromFarClosure(file->graph, settings.far_closure, limits, settings.loss, &optimizer);
+        RecoverFromFarClosure(graph, settings.far_closure, limits, settings.loss, &optimizer);
     figures.result.interrupted = CancelFlag();
     if (recovery.ok()) {
       figures.recovery = *std::move(recovery);
@@ -180,9 +185,30 @@ int ReplayFile(const std::string& input, ReplaySettings settings, hpgo::GraphFil
   return written.ok() ? exit_code : Fail(written);
 }
 
+template <typename G>
+int ReplayFile(const std::string& input, const ReplaySettings& settings,
+               const std::optional<PoseSource>& reference, hpgo::GraphFile<G>* file) {
+  if constexpr (G::kDim == 3) {
+    if (FLAGS_dof == 4) {
+      const hpgo::Result<hpgo::UprightGraph> upright = MakeUpright(file->graph, input);
+      if (!upright.ok()) return Fail(upright.status());
+      return ReplayGraph<hpgo::YawPose, G>(
+          input, settings, upright->graph, reference,
+          [&](const hpgo::PoseGraph<hpgo::YawPose>& estimate) {
+            return WithUprightPoses(file->graph, *upright, estimate);
+          },
+          file);
+    }
+  }
+  return ReplayGraph<G, G>(
+      input, settings, file->graph, reference, [](hpgo::PoseGraph<G> estimate) { return estimate; },
+      file);
+}
+
 int Run(const std::vector<std::string>& arguments) {
   std::string problem;
   const ReplaySettings settings = ReplaySettingsFromFlags(&problem);
+  if (problem.empty()) problem = DofFlagProblem();
   if (!problem.empty()) return FailUsage(problem);
   const std::string& input = arguments[0];
   if ((input == "-") + (FLAGS_reference == "-") + (FLAGS_resume == "-") > 1) {
@@ -210,7 +236,9 @@ int Run(const std::vector<std::string>& arguments) {
                 Plural(graph.nodes().size(), "node") + ", " + Plural(graph.edges().size(), "edge") +
                 ", " + Plural(graph.priors().size(), "prior") + " in " +
                 FormatDuration(read_seconds));
-        return ReplayFile(input, settings, &graph_file, reference);
+        const std::string misfit = DofMisfit(G::kDim, input);
+        if (!misfit.empty()) return FailUsage(misfit);
+        return ReplayFile(input, settings, reference, &graph_file);
       },
       *file);
 }
@@ -230,6 +258,7 @@ const Command& ReplayCommand() {
        "mode",
        "preset",
        "engine",
+       "dof",
        "error",
        "window_nodes",
        "max_top_nodes",
@@ -277,6 +306,11 @@ const Command& ReplayCommand() {
       "before, its new nodes\ncomposed from their edges. Time and memory of comparisons are not "
       "those of the "
       "replay: measure\nmemory without.\n\n"
+      "With --dof=4 x, y, z and yaw are estimated, and roll and pitch are those of the file's "
+      "vertices, in\na world whose z is up: each measurement is turned by them into "
+      "gravity-aligned "
+      "frames, and what its\ninformation says of x, y, z and yaw there is kept. Costs and gaps are "
+      "those of the four; the estimate\nis written with the known roll and pitch.\n\n"
       "Examples:\n"
       "  hpgo replay map.g2o --compare_full=25,50,75,100 --stats_csv=updates.csv\n"
       "  hpgo replay map.g2o --compare_at=closures --chart=gaps.svg\n"

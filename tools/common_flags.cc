@@ -51,6 +51,10 @@ DEFINE_int32(
 DEFINE_double(max_seconds, kSolve.max_seconds,
               "the time limit in seconds; the best result so far is written");
 
+DEFINE_int32(dof, 0,
+             "what of the poses of a 3D file is estimated: 6, all, or 4, x, y, z and yaw, where z "
+             "is up and the roll and pitch of its vertices are right; 0: all, in 2D too");
+
 DEFINE_int32(max_top_nodes, 0,
              "a top level with more nodes gets another one above it; 0: the default");
 DEFINE_int32(max_top_edges, 0, "so does one with more edges; 0: the default");

@@ -35,6 +35,9 @@ DECLARE_string(engine);
 DECLARE_int32(max_iterations);
 DECLARE_double(max_seconds);
 
+// The degrees of freedom of a pose (upright_file.h).
+DECLARE_int32(dof);
+
 // The hierarchy; 0: the default.
 DECLARE_int32(max_top_nodes);
 DECLARE_int32(max_top_edges);

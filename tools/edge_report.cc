@@ -60,6 +60,8 @@ nlohmann::ordered_json WorstEdgesJson(const std::vector<ReportedEdge>& edges) {
 
 template std::vector<ReportedEdge> FindWorstEdges(const hpgo::PoseGraph2d&,
                                                   ceres_costs::ErrorConvention, int);
+template std::vector<ReportedEdge> FindWorstEdges(const hpgo::PoseGraph<hpgo::YawPose>&,
+                                                  ceres_costs::ErrorConvention, int);
 template std::vector<ReportedEdge> FindWorstEdges(const hpgo::PoseGraph3d&,
                                                   ceres_costs::ErrorConvention, int);
 

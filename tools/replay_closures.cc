@@ -9,6 +9,7 @@ namespace {
 
 using hpgo::SE2;
 using hpgo::SE3;
+using hpgo::YawPose;
 
 template <typename Value>
 Distribution SummarizeComparisons(const std::vector<FullComparison>& comparisons, Value value) {
@@ -89,5 +90,6 @@ hpgo::Result<std::string> ClosureChart(const ClosureFigures& figures, const std:
 
 template class ClosureReference<SE2>;
 template class ClosureReference<SE3>;
+template class ClosureReference<YawPose>;
 
 }  // namespace hpgo_cli

@@ -18,6 +18,7 @@ namespace {
 using hpgo::SE2;
 using hpgo::SE3;
 using hpgo::StatusCode;
+using hpgo::YawPose;
 
 template <typename G>
 hpgo::Result<ReferenceError> ErrorOfMatched(const std::vector<G>& estimate,
@@ -149,10 +150,14 @@ template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE2>
                                                       const LossChoice&);
 template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE3>&,
                                                       const LossChoice&);
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<YawPose>&,
+                                                      const LossChoice&);
 template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE2>&,
                                                       const LossChoice&, hpgo::PoseGraph<SE2>*);
 template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<SE3>&,
                                                       const LossChoice&, hpgo::PoseGraph<SE3>*);
+template hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<YawPose>&,
+                                                      const LossChoice&, hpgo::PoseGraph<YawPose>*);
 template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE2>&,
                                                            const std::string&, const PoseSource&);
 template hpgo::Result<ReferenceError> CompareWithReference(const hpgo::PoseGraph<SE3>&,

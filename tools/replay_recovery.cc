@@ -7,6 +7,7 @@ namespace hpgo_cli {
 
 using hpgo::SE2;
 using hpgo::SE3;
+using hpgo::YawPose;
 
 template <typename G>
 hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<G>& graph, double factor,
@@ -61,5 +62,8 @@ template hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<SE2>
 template hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<SE3>&, double,
                                                       const hpgo::UpdateLimits&, const LossChoice&,
                                                       hpgo::Optimizer<SE3>*);
+template hpgo::Result<Recovery> RecoverFromFarClosure(const hpgo::PoseGraph<YawPose>&, double,
+                                                      const hpgo::UpdateLimits&, const LossChoice&,
+                                                      hpgo::Optimizer<YawPose>*);
 
 }  // namespace hpgo_cli

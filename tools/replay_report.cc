@@ -165,5 +165,6 @@ void PrintReplay(const ReplayFigures& figures,
 
 template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::SE2>&);
 template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::SE3>&);
+template std::vector<LevelSize> LevelSizes(const hpgo::Hierarchy<hpgo::YawPose>&);
 
 }  // namespace hpgo_cli

@@ -21,6 +21,7 @@ using hpgo::SE2;
 using hpgo::SE3;
 using hpgo::Status;
 using hpgo::StatusCode;
+using hpgo::YawPose;
 
 double ClockSeconds(clockid_t clock) {
   timespec now = {};
@@ -341,9 +342,12 @@ hpgo::Result<ReplayResult> RunReplay(const hpgo::PoseGraph<G>& graph,
 
 template double Chi2(const hpgo::Optimizer<SE2>&);
 template double Chi2(const hpgo::Optimizer<SE3>&);
+template double Chi2(const hpgo::Optimizer<YawPose>&);
 template hpgo::Result<ReplayResult> RunReplay(const hpgo::PoseGraph<SE2>&, const ReplaySettings&,
                                               hpgo::Optimizer<SE2>*);
 template hpgo::Result<ReplayResult> RunReplay(const hpgo::PoseGraph<SE3>&, const ReplaySettings&,
                                               hpgo::Optimizer<SE3>*);
+template hpgo::Result<ReplayResult> RunReplay(const hpgo::PoseGraph<YawPose>&,
+                                              const ReplaySettings&, hpgo::Optimizer<YawPose>*);
 
 }  // namespace hpgo_cli
