@@ -1,5 +1,5 @@
-// An update without changes does not end above the cost it began with under noise that is large: with
-// 0.2 rad and 0.2 m an edge, chains bend further than their linearizations reach.
+// An update without changes does not end above the cost it began with under noise that is large:
+// with 0.2 rad and 0.2 m an edge, chains bend further than their linearizations reach.
 
 #include <algorithm>
 
