@@ -1,4 +1,4 @@
-// Chains cut at nodes that are asked about, without being changed.
+// Where nodes are in chains, and chains cut there without being changed.
 
 #include <algorithm>
 #include <utility>
@@ -54,9 +54,18 @@ Index CondensedGraph<G>::ChainOfNode(Index n) const {
   if (nodes_[n].level_node != kNone || nodes_[n].loose) return kNone;
   Index chain = kNone;
   ForEachEdgeOf(n, [&](Index e, Index) {
-    if (edges_[e].place == Place::kChain) chain = ChainOf(e);
+    if (chain == kNone && edges_[e].place == Place::kChain) chain = ChainOf(e);
   });
   return chain;
+}
+
+template <typename G>
+Index CondensedGraph<G>::EdgeInto(Index n) const {
+  Index into = kNone;
+  ForEachEdgeOf(n, [&](Index e, Index) {
+    if (edges_[e].place == Place::kChain && EnteredBy(edges_[e].at) == n) into = edges_[e].at;
+  });
+  return into;
 }
 
 template <typename G>
@@ -65,22 +74,15 @@ std::vector<Stretch<G>> CondensedGraph<G>::CutChain(Index c, const std::vector<I
   const auto is_cut = [&](Index n) {
     return std::find(nodes.begin(), nodes.end(), n) != nodes.end();
   };
-  const auto entered = [&](Index at) {
-    return edges_[spans_.edge(at).edge].node[!spans_.edge(at).reversed];
-  };
-  std::vector<Index> behind;  // the edges that enter the nodes
+  std::vector<Index> behind;
   for (const Index n : nodes) {
-    ForEachEdgeOf(n, [&](Index e, Index) {
-      const Edge& edge = edges_[e];
-      if (edge.place == Place::kChain && ChainOf(e) == c && entered(edge.at) == n) {
-        behind.push_back(edge.at);
-      }
-    });
+    const Index into = ChainOfNode(n) == c ? EdgeInto(n) : kNone;
+    if (into != kNone) behind.push_back(into);
   }
   std::vector<Stretch<G>> stretches;
   Index from = chain.node[0];
   for (const typename SpanTree<G>::Piece& piece : spans_.Cut(chain.root, behind)) {
-    const Index to = piece.last == kNone ? chain.node[1] : entered(piece.last);
+    const Index to = piece.last == kNone ? chain.node[1] : EnteredBy(piece.last);
     if ((IsKept(from) || is_cut(from)) && (IsKept(to) || is_cut(to))) {
       const G T = WorldPose(from).Between(WorldPose(to));
       stretches.push_back({{from, to}, TermOfSpan(piece.model, T)});

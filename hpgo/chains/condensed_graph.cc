@@ -46,24 +46,16 @@ Index CondensedGraph<G>::LevelEdgeOf(Index e) const {
 
 template <typename G>
 Index CondensedGraph<G>::KeptNear(Index n) const {
-  const Node& node = nodes_[n];
-  if (node.level_node != kNone) return n;
-  if (node.loose) return kNone;
-  for (Index e = node.first_edge; e != kNone;) {
-    const Edge& edge = edges_[e];
-    if (edge.place == Place::kChain) {
-      const Chain& chain = chains_[ChainOf(e)];
-      return IsKept(chain.node[0]) ? chain.node[0] : chain.node[1];
-    }
-    e = edge.next[edge.node[1] == n];
-  }
-  return kNone;
+  if (IsKept(n)) return n;
+  const Index c = ChainOfNode(n);
+  if (c == kNone) return kNone;
+  return chains_[c].node[IsKept(chains_[c].node[0]) ? 0 : 1];
 }
 
 // They are kept out of chains from the next Restructure on.
 template <typename G>
-void CondensedGraph<G>::BindTwisted() {
-  for (const Index e : spans_.TakeTwisted()) Bind(e);
+void CondensedGraph<G>::BindUnfit() {
+  for (const Index e : spans_.TakeUnfit()) Bind(e);
 }
 
 // Brings the chain behind an edge of level 0 up to date with the pose T of its ends: true if it had
@@ -78,7 +70,7 @@ bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
   if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) return false;
   spans_.Settle(chain.root, T, tolerance_);
-  BindTwisted();
+  BindUnfit();
   SetTerm(&chain, T);
   return true;
 }
@@ -104,7 +96,7 @@ void CondensedGraph<G>::SettleAll() {
     spans_.SettleAll(chain.root, T);
     SetTerm(&chain, T);
   }
-  BindTwisted();
+  BindUnfit();
 }
 
 // The level edge of a chain between kept nodes, or of its only edge.

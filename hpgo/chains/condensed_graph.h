@@ -237,10 +237,18 @@ class CondensedGraph {
   void FinishChain(Index chain);
   bool Refresh(Index level_edge, const G& T);
   void Bind(Index edge);
-  void BindTwisted();
+  void BindUnfit();
   std::vector<Index> LooseByAge() const;
   void PoseNewNodes(const std::vector<Index>& loose);
   void FindRoots(const std::vector<Index>& loose);
+
+  // chain_pieces.cc
+  // The node that an edge of the span tree leads to, along its chain, and the edge that leads to a
+  // node inside of one; kNone at a chain's first node.
+  Index EnteredBy(Index at) const {
+    return edges_[spans_.edge(at).edge].node[!spans_.edge(at).reversed];
+  }
+  Index EdgeInto(Index node) const;
 
   // condensed_graph_poses.cc
   bool IsEnd(const Chain& chain, int side) const { return IsKept(chain.node[side]); }

@@ -44,19 +44,12 @@ G CondensedGraph<G>::WorldPose(Index n) {
 
 template <typename G>
 G CondensedGraph<G>::InteriorPose(Index n) {
-  Index before = kNone, any = kNone;
-  ForEachEdgeOf(n, [&](Index e, Index) {
-    const Edge& edge = edges_[e];
-    if (edge.place != Place::kChain) return;
-    any = e;
-    if (edge.node[!spans_.edge(edge.at).reversed] == n) before = e;
-  });
-  Chain& chain = chains_[ChainOf(any)];
+  Chain& chain = chains_[ChainOfNode(n)];
   const G T = TargetOf(chain);
   const G X = OriginOf(chain, T);
   if (n == chain.node[0]) return X;
   if (n == chain.node[1]) return X * T;
-  const SplitPose<G> pose = spans_.PoseOf(edges_[before].at, T);
+  const SplitPose<G> pose = spans_.PoseOf(EdgeInto(n), T);
   return X * pose.first * pose.second;
 }
 
@@ -83,8 +76,7 @@ void CondensedGraph<G>::ForEachInterior(Chain& chain, Visitor&& visit) {
   G X = OriginOf(chain, T);
   if (!IsEnd(chain, 0)) visit(chain.node[0], X);
   spans_.ForEachEdge(chain.root, T, [&](Index at, const G& Y) {
-    const ChainEdge<G>& edge = spans_.edge(at);
-    const Index n = edges_[edge.edge].node[!edge.reversed];
+    const Index n = EnteredBy(at);
     X = (X * Y).Normalized();
     if (!IsKept(n)) visit(n, X);
   });

@@ -261,7 +261,7 @@ void CondensedGraph<G>::Restructure() {
     nodes_[n].touched = false;
     if (tracking_ && !nodes_[n].reported) unreported_.push_back(n);
   }
-  BindTwisted();
+  BindUnfit();
   first_new_ = next_born_;
 }
 

@@ -373,7 +373,8 @@ void SpanTree<G>::Undo(const Settled& settled) {
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
 // and no model misses more than `tolerance`. On the way of the ends to T, a step that turns an edge
 // by more than a linearization can reach is made shorter; there, one that raises the cost is the
-// last and is taken back: bent far enough, such steps would go anywhere.
+// last and is taken back: bent far enough, such steps would go anywhere, and the middle of what
+// they bend is no part for a chain.
 template <typename G>
 int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
@@ -390,18 +391,20 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     const bool is_worse = arrived ? !(settled.gained >= 0) : !(settled.turn <= kReach);
     if (is_worse) {
       Undo(settled);
-      if (arrived) {
-        const Index middle = settled.before[settled.before.size() / 2].first;
-        twisted_.push_back(edges_[middle].edge);
-        break;
+      if (!arrived) {
+        part *= kShorter;
+        continue;
       }
-      part *= kShorter;
-      continue;
+      // More than the model may miss, and so more than rounding: it is out of reach here.
+      if (tolerance > 0 && settled.gained < -tolerance * tolerance) {
+        unfit_.push_back(edges_[settled.before[settled.before.size() / 2].first].edge);
+      }
+      break;
     }
     for (const auto& [e, Y] : settled.before) {
       const ChainEdge<G>& edge = edges_[e];
       if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
-        twisted_.push_back(edge.edge);
+        unfit_.push_back(edge.edge);
       }
     }
     part = 1;

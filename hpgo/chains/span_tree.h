@@ -75,9 +75,10 @@ class SpanTree {
   int Settle(Index root, const G& T, double tolerance);
   // The same of every stretch, until nothing moves any more.
   void SettleAll(Index root, const G& T);
-  // The names of edges that Settle has found turned against their measurements by more than a
-  // linearization can reach: no part for a chain.
-  std::vector<Index> TakeTwisted() { return std::exchange(twisted_, {}); }
+  // The names of edges that Settle has found to be no part for a chain: turned against their
+  // measurements by more than a linearization can reach, or amid a stretch whose step raises its
+  // cost.
+  std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
   // An edge given T of the ends of its chain: T_first_previous, and T_previous_next, the
   // conditional means. O(log n).
   SplitPose<G> PoseOf(Index edge, const G& T);
@@ -163,13 +164,13 @@ class SpanTree {
   ChunkedVector<Span, 6> spans_;
   ChunkedVector<ChainEdge<G>> edges_;
   std::vector<Index> free_spans_, free_edges_;
-  std::vector<Index> twisted_;
+  std::vector<Index> unfit_;
 
  public:
   // What a saved state has of the fields above.
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.spans_, self.edges_, self.free_spans_, self.free_edges_, self.twisted_);
+    archive(self.spans_, self.edges_, self.free_spans_, self.free_edges_, self.unfit_);
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/hierarchy/hierarchy.h"
 #include "hpgo/replay.h"
 
 namespace hpgo {
@@ -48,6 +49,28 @@ TYPED_TEST_SUITE(RisingCostTest, Groups);
 TYPED_TEST(RisingCostTest, AnUpdateWithoutChangesDoesNotRaiseIt) {
   for (const World world : {World::kCity, World::kManhattan}) {
     for (const std::uint64_t seed : {1, 2, 3}) ExpectNoRise<TypeParam>(world, seed);
+  }
+}
+
+// Only what does not fit into a chain is cut out of it: not where a step that gains nothing any
+// more loses the last digits.
+TYPED_TEST(RisingCostTest, ChainsAreNotCutByRounding) {
+  for (const double noise : {1e-6, 1e-3, 1e-2}) {
+    GenerateOptions generate;
+    generate.world = World::kCity;
+    generate.nodes = 1500;
+    generate.noise_rotation = generate.noise_translation = noise;
+    const SyntheticGraph<TypeParam> synthetic = *GenerateGraph<TypeParam>(generate);
+    Optimizer<TypeParam> optimizer;
+    for (const ReplayStep& step : ReplaySteps(synthetic.graph)) {
+      ASSERT_TRUE(ApplyStep<TypeParam>(synthetic.graph, step, nullptr, &optimizer).ok());
+      optimizer.Update();
+    }
+    const Index kept = optimizer.hierarchy().level(0).num_nodes;
+    EXPECT_TRUE(optimizer.Refine().at_rest);
+    EXPECT_TRUE(optimizer.Optimize(Mode::kFull).status.ok());
+    optimizer.Update();
+    EXPECT_EQ(optimizer.hierarchy().level(0).num_nodes, kept) << noise;
   }
 }
 
