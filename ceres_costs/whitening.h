@@ -1,5 +1,6 @@
 // Information matrices: what kind they are, and the factor that whitens an error. Eigen only. Every
-// function reads the upper triangle alone, as files store it, and is instantiated for N = 2, 3, 6.
+// function reads the upper triangle alone, as files store it, and is instantiated for N = 2, 3,
+// 4, 6.
 #pragma once
 
 #include <string>

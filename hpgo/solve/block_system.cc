@@ -17,21 +17,13 @@ namespace {
 constexpr double kHold = 1e-12, kRounding = 1e-14;
 
 // Relative to the factor's other pose, not to the world: a long chain, which bends easily, is not
-// held.
+// held. One that measures nothing, or whose loss has rejected it, holds nothing.
 template <typename G>
 void Hold(typename G::Matrix* A) {
-  constexpr int D = G::kDof, d = G::kDim;
-  const double translation = A->diagonal().template head<d>().maxCoeff();
-  const double rotation = A->diagonal().template tail<D - d>().maxCoeff();
-  const double any = std::max(translation, rotation);
-  for (int c = 0; c < D; ++c) {
-    const double kind = c < d ? translation : rotation;
+  const typename G::Tangent best = BestOfKind<G>(*A);
+  for (int c = 0; c < G::kDof; ++c) {
     double& a = (*A)(c, c);
-    if (kind > 0) {
-      a += std::max(kHold * a, kRounding * kind);
-    } else {
-      a += any > 0 ? kHold * any : 1;
-    }
+    a += std::max(kHold * (a > 0 ? a : best(c)), kRounding * best(c));
   }
 }
 

@@ -15,6 +15,18 @@ namespace hpgo {
 // optimum moves by that.
 enum class Unmeasured { kOpen, kHeld };
 
+// By direction: what A, the Hessian of a factor, measures best of its kind, translation or
+// rotation; of the other kind where it measures nothing of one.
+template <typename G>
+typename G::Tangent BestOfKind(const typename G::Matrix& A) {
+  const double translation = A.diagonal().template head<G::kDim>().maxCoeff();
+  const double rotation = A.diagonal().template tail<G::kRotationDof>().maxCoeff();
+  typename G::Tangent best;
+  best.template head<G::kDim>().setConstant(translation > 0 ? translation : rotation);
+  best.template tail<G::kRotationDof>().setConstant(rotation > 0 ? rotation : translation);
+  return best;
+}
+
 // H d = -g with H = sum J' Omega J and g = sum J' Omega e over the free poses, under right
 // perturbations. Keeps its storage between uses. Not synchronized.
 template <typename G>

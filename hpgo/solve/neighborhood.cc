@@ -189,15 +189,16 @@ class NeighborhoodBuilder {
       const int k = static_cast<int>(at - kept.begin());
       return k < first ? k : k + count;
     };
+    std::vector<int> replaced;  // factors of the chains that are cut
     for (const Index chain : chains) {
       const std::vector<Index>& edges = result_.window.edges();
       const auto whole = std::find(edges.begin(), edges.end(), graph_.LevelEdgeOfChain(chain));
-      if (whole != edges.end()) whole_.push_back(static_cast<int>(whole - edges.begin()));
+      if (whole != edges.end()) replaced.push_back(static_cast<int>(whole - edges.begin()));
       const auto stretches = graph_.CutChain(chain, interiors);
       result_.stretches.insert(result_.stretches.end(), stretches.begin(), stretches.end());
     }
-    std::sort(whole_.rbegin(), whole_.rend());
-    for (const int k : whole_) problem.factors.erase(problem.factors.begin() + k);
+    std::sort(replaced.rbegin(), replaced.rend());
+    for (const int k : replaced) problem.factors.erase(problem.factors.begin() + k);
     for (const Stretch<G>& stretch : result_.stretches) {
       Factor<G> factor;
       factor.term = &stretch.term;
@@ -213,7 +214,6 @@ class NeighborhoodBuilder {
   const std::vector<Index>& nodes_;
   CondensedGraph<G>& graph_;
   Neighborhood<G>& result_;
-  std::vector<int> whole_;  // factors of the chains that are cut
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "Eigen/Cholesky"
+#include "ceres_costs/whitening.h"
 #include "hpgo/solve/block_system.h"
 
 namespace hpgo {
@@ -22,15 +22,9 @@ constexpr double kRounding = 1e-6;
 // Whether a factor measures less than all directions, but for rounding.
 template <typename G>
 bool IsSoft(const Factor<G>& factor) {
-  constexpr int D = G::kDof;
-  constexpr double kSmallestPivot = 1e-10;
-  if (factor.custom != nullptr) return true;
-  typename G::Matrix A = factor.term->information.Dense();
-  const typename G::Tangent scale = A.diagonal().cwiseSqrt();
-  if (!(scale.minCoeff() > 0)) return true;
-  for (int c = 0; c < D; ++c) A.col(c).array() /= scale.array() * scale(c);
-  const Eigen::LDLT<typename G::Matrix> ldlt(A);
-  return !(ldlt.vectorD().minCoeff() > kSmallestPivot);
+  return factor.custom != nullptr ||
+         ceres_costs::ClassifyInformation<G::kDof>(factor.term->information.Dense()) !=
+             ceres_costs::InformationKind::kPositiveDefinite;
 }
 
 // Poses on springs. Where a factor leaves a direction open, nothing but the spring beside it
@@ -43,6 +37,11 @@ class Springs {
       factor.loss = nullptr;
       if (IsSoft(factor)) soft_.push_back(factor);
     }
+    if (none()) return;
+    BlockSystem<G> system;
+    system.Analyze(&bare_);
+    finite_ = std::isfinite(system.Linearize(Unmeasured::kOpen));
+    gradient_ = system.gradient();
   }
   bool none() const { return soft_.empty(); }
 
@@ -59,24 +58,23 @@ class Springs {
       const G T = RelativePose(factor, bare_.poses);
       ceres_costs::QuadraticModel<G> model;
       if (!LinearizeFactor(factor, unary, T, &model)) return {};
-      typename G::Tangent wanted;
+      typename G::Tangent best = BestOfKind<G>(model.A), wanted;
+      if (best.isZero(0)) best.setOnes();
       for (int c = 0; c < G::kDof; ++c) wanted(c) = normal(rng);
-      terms.push_back({T.Retract(wanted), ceres_costs::PackedSymmetric<G::kDof>(typename G::Matrix(
-                                              stiffness * Best(model.A).asDiagonal()))});
+      terms.push_back({T.Retract(wanted), ceres_costs::PackedSymmetric<G::kDof>(
+                                              typename G::Matrix(stiffness * best.asDiagonal()))});
       Factor<G> spring;
       spring.term = &terms.back();
       spring.i = factor.i;
       spring.j = factor.j;
       sprung.factors.push_back(spring);
     }
-    BlockSystem<G> bare, system;
-    bare.Analyze(&bare_);
+    BlockSystem<G> system;
     system.Analyze(&sprung);
-    if (!std::isfinite(bare.Linearize(Unmeasured::kOpen)) ||
-        !std::isfinite(system.Linearize(Unmeasured::kOpen)) || !system.Factorize(0)) {
+    if (!finite_ || !std::isfinite(system.Linearize(Unmeasured::kOpen)) || !system.Factorize(0)) {
       return {};
     }
-    std::vector<double> step = bare.gradient();
+    std::vector<double> step = gradient_;
     for (std::size_t k = 0; k < step.size(); ++k) step[k] -= system.gradient()[k];
     system.Solve(step.data());
     std::vector<std::array<double, 2>> motions(bare_.num_free);
@@ -88,19 +86,10 @@ class Springs {
   }
 
  private:
-  // By direction: what the factor measures best of its kind.
-  static typename G::Tangent Best(const typename G::Matrix& A) {
-    const double translation = A.diagonal().template head<G::kDim>().maxCoeff();
-    const double rotation = A.diagonal().template tail<G::kRotationDof>().maxCoeff();
-    const double any = std::max(translation, rotation) > 0 ? std::max(translation, rotation) : 1;
-    typename G::Tangent best;
-    best.template head<G::kDim>().setConstant(translation > 0 ? translation : any);
-    best.template tail<G::kRotationDof>().setConstant(rotation > 0 ? rotation : any);
-    return best;
-  }
-
   Subproblem<G> bare_;  // without losses
   std::vector<Factor<G>> soft_;
+  bool finite_ = false;           // whether every cost of bare_ can be evaluated
+  std::vector<double> gradient_;  // of bare_
 };
 
 }  // namespace

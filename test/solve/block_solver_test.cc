@@ -338,6 +338,23 @@ TYPED_TEST(BlockSolverTest, WhatNothingMeasuresStaysWhereItIs) {
   EXPECT_NEAR(summary.final_cost, expected.final_cost, 1e-9 * expected.final_cost);
 }
 
+// As one that a loss has rejected.
+TYPED_TEST(BlockSolverTest, AFactorThatMeasuresNothingHoldsNothing) {
+  using G = TypeParam;
+  const PoseGraph<G> graph = MakeKnownGraph<G>(20, 0.1, 4).graph;
+  Problem<G> with(graph), without(graph);
+  const RelativePoseTerm<G> nothing;
+  Factor<G> factor;
+  factor.term = &nothing;
+  factor.i = 2;
+  factor.j = 17;
+  with.subproblem.factors.push_back(factor);
+  const SubproblemSummary expected = this->solver_->Solve(ToConvergence(), &without.subproblem);
+  const SubproblemSummary actual = this->solver_->Solve(ToConvergence(), &with.subproblem);
+  EXPECT_EQ(actual.iterations, expected.iterations);
+  EXPECT_LE(Distance(with.subproblem.poses, without.subproblem.poses), 1e-12);
+}
+
 // No pose constant and no prior: the Hessian is singular.
 TYPED_TEST(BlockSolverTest, AFreeGaugeIsDamped) {
   using G = TypeParam;
