@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <limits>
 
 #include "hpgo/update/constants.h"
@@ -12,10 +13,26 @@ using ceres_costs::YawPose;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+// The groups of a level that hold an end of a new edge, as many as a window takes.
+template <typename G>
+std::vector<Index> GroupsOfNews(int l, const UpdateTools<G>& tools, const News& news) {
+  const Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  std::vector<Index> groups;
+  for (const Index e : news.edges) {
+    for (const Index end : hierarchy.level(0).edges[e].node) {
+      if (static_cast<int>(groups.size()) >= tools.options.window_nodes) return groups;
+      if (end == kNone) continue;
+      const Index group = hierarchy.Ancestor(end, l);
+      if (std::find(groups.begin(), groups.end(), group) == groups.end()) groups.push_back(group);
+    }
+  }
+  return groups;
+}
+
 template <typename G>
 std::vector<Index> SeedsOnLevel(int l, const UpdateTools<G>& tools, const News& news,
                                 Index newest) {
-  if (tools.options.schedule == Schedule::kNewEdges) return news.seeds[l];
+  if (tools.options.schedule == Schedule::kNewEdges) return GroupsOfNews(l, tools, news);
   if (newest == kNone) return {};
   return {tools.graph.hierarchy().Ancestor(tools.graph.LevelNodeOf(newest), l)};
 }

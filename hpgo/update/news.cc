@@ -39,8 +39,7 @@ void Disturb(Index n, const StressThresholds& thresholds, CondensedGraph<G>* gra
 }  // namespace
 
 template <typename G>
-News FindNews(const CondensedGraph<G>& graph, const Changes& changes, int max_seeds) {
-  const Hierarchy<G>& hierarchy = graph.hierarchy();
+News FindNews(const CondensedGraph<G>& graph, const Changes& changes) {
   News news;
   for (const PlacedEdge& placed : graph.placed()) {
     (placed.is_new ? news.edges : news.reshaped).push_back(placed.edge);
@@ -51,19 +50,6 @@ News FindNews(const CondensedGraph<G>& graph, const Changes& changes, int max_se
   }
   std::sort(news.edges.begin(), news.edges.end());
   news.edges.erase(std::unique(news.edges.begin(), news.edges.end()), news.edges.end());
-  news.seeds.resize(hierarchy.num_levels());
-  for (const Index e : news.edges) {
-    for (Index end : hierarchy.level(0).edges[e].node) {
-      for (int l = 0; l < hierarchy.num_levels() && end != kNone; ++l) {
-        std::vector<Index>& seeds = news.seeds[l];
-        if (static_cast<int>(seeds.size()) < max_seeds &&
-            std::find(seeds.begin(), seeds.end(), end) == seeds.end()) {
-          seeds.push_back(end);
-        }
-        end = hierarchy.level(l).nodes[end].parent;
-      }
-    }
-  }
   return news;
 }
 
@@ -114,7 +100,7 @@ void QueueRefreshed(const StressThresholds& thresholds, Hierarchy<G>* hierarchy)
 }
 
 #define HPGO_INSTANTIATE(G)                                                                 \
-  template News FindNews(const CondensedGraph<G>&, const Changes&, int);                    \
+  template News FindNews(const CondensedGraph<G>&, const Changes&);                         \
   template Index QueueNews(const News&, const std::vector<Index>&, const StressThresholds&, \
                            CondensedGraph<G>*);                                             \
   template void QueueAll(const StressThresholds&, Hierarchy<G>*);                           \

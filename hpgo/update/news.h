@@ -25,14 +25,13 @@ struct Changes {
 
 // The same in the hierarchy.
 struct News {
-  std::vector<Index> edges;               // of level 0, new or changed
-  std::vector<Index> reshaped;            // edges of level 0 that were there in another form
-  std::vector<std::vector<Index>> seeds;  // by level, groups that hold an end of one of `edges`
+  std::vector<Index> edges;     // of level 0, new or changed
+  std::vector<Index> reshaped;  // edges of level 0 that were there in another form
 };
 
-// Once the graph is restructured and grouped. At most `max_seeds` a level.
+// Once the graph is restructured and grouped.
 template <typename G>
-News FindNews(const CondensedGraph<G>& graph, const Changes& changes, int max_seeds);
+News FindNews(const CondensedGraph<G>& graph, const Changes& changes);
 
 // Puts it, and what is disturbed, up for examination. Returns an edge of level 0 whose cost cannot
 // be evaluated at the estimate, kNone if there is none: it is left out.

@@ -61,7 +61,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     News news;
     {
       const Stopwatch watch(&report.insert_seconds);
-      news = FindNews(graph_, changes, options_.window_nodes);
+      news = FindNews(graph_, changes);
       const Index bad_edge = QueueNews(news, disturbed, thresholds, &graph_);
       if (bad_edge != kNone) report.status = step_.NotFinite(bad_edge);
     }

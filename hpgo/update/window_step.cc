@@ -6,7 +6,6 @@
 
 #include "ceres_costs/factor_term.h"
 #include "glog/logging.h"
-#include "hpgo/solve/damping.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/update/constants.h"
 #include "hpgo/update/motion.h"
