@@ -77,8 +77,7 @@ hpgo::Status TakePoses(const PoseSource& estimate, PoseSource* edges, hpgo::Pose
 template <typename G>
 int EvaluateEdges(const hpgo::PoseGraph<G>& graph, ordered_json* json) {
   hpgo::Chi2Options options;
-  options.convention = FLAGS_error == "g2o" ? ceres_costs::ErrorConvention::kG2o
-                                            : ceres_costs::ErrorConvention::kTwist;
+  options.convention = ConventionOfFlag();
   const hpgo::Chi2Report report = hpgo::EvaluateChi2(graph, options);
   Line("chi2", FormatNumber(report.total) + "  (sum of e' Omega e, " + FLAGS_error + " error; " +
                    Plural(graph.edges().size(), "edge") + " " + FormatNumber(report.edge_total) +

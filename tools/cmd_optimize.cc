@@ -82,8 +82,7 @@ bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
   }
   options->init = *init;
   options->engine = *engine;
-  options->convention = FLAGS_error == "g2o" ? ceres_costs::ErrorConvention::kG2o
-                                             : ceres_costs::ErrorConvention::kTwist;
+  options->convention = ConventionOfFlag();
   options->loss = FLAGS_loss;
   options->loss_scale = FLAGS_loss_scale;
   options->loss_on =

@@ -66,6 +66,11 @@ DEFINE_string(plane, "",
               "the ground plane on which 3D poses are seen in 2D: xy (z up) or xz (a camera's "
               "frame, as KITTI's: planar x = z, planar y = -x)");
 
+ceres_costs::ErrorConvention ConventionOfFlag() {
+  return FLAGS_error == "log" ? ceres_costs::ErrorConvention::kTwist
+                              : ceres_costs::ErrorConvention::kG2o;
+}
+
 bool IsOutputFlag(const std::string& name) {
   for (const char* output : {"output", "stats_json", "json", "stats_csv", "summary_csv",
                              "ground_truth", "chart", "save"}) {

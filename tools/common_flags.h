@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "ceres_costs/relative_pose_error.h"
 #include "gflags/gflags.h"
 
 DECLARE_bool(quiet);
@@ -34,6 +35,9 @@ DECLARE_string(init);
 DECLARE_string(engine);
 DECLARE_int32(max_iterations);
 DECLARE_double(max_seconds);
+
+// What --error says, checked by the command.
+ceres_costs::ErrorConvention ConventionOfFlag();
 
 // The degrees of freedom of a pose (upright_file.h).
 DECLARE_int32(dof);

@@ -137,9 +137,8 @@ hpgo::OptimizerOptions OptionsFromFlags(std::string* problem) {
   } else {
     *problem = FlagText("engine") + "must be ceres or block";
   }
-  if (FLAGS_error == "log") {
-    options.convention = ceres_costs::ErrorConvention::kTwist;
-  } else if (FLAGS_error != "g2o") {
+  options.convention = ConventionOfFlag();
+  if (FLAGS_error != "g2o" && FLAGS_error != "log") {
     *problem = FlagText("error") + "must be g2o or log";
   }
   if (FLAGS_window_nodes != 0) options.window_nodes = FLAGS_window_nodes;

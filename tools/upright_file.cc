@@ -21,9 +21,7 @@ std::string DofMisfit(int dimension, const std::string& name) {
 
 hpgo::Result<hpgo::UprightGraph> MakeUpright(const hpgo::PoseGraph<SE3>& graph,
                                              const std::string& name) {
-  const auto convention = FLAGS_error == "log" ? ceres_costs::ErrorConvention::kTwist
-                                               : ceres_costs::ErrorConvention::kG2o;
-  hpgo::Result<hpgo::UprightGraph> result = hpgo::MakeUpright(graph, convention);
+  hpgo::Result<hpgo::UprightGraph> result = hpgo::MakeUpright(graph, ConventionOfFlag());
   if (result.ok()) return result;
   return hpgo::Status(result.status().code(), name + ": --dof=4: " + result.status().message());
 }

@@ -19,7 +19,7 @@
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/replay.h"
-#include "test/bench/cpu_seconds.h"
+#include "test/bench/measure.h"
 #include "test/ceres/mapper_problems.h"
 
 namespace hpgo {
@@ -158,14 +158,9 @@ void Grow(const std::string& name, Mapper mapper, const PoseGraph<G>& graph) {
       std::copy(values[p].begin(), values[p].end(), made->storage[p].begin());
     }
   }
-  const auto at = [](std::vector<double> of, double share) {
-    if (of.empty()) return 0.;
-    std::sort(of.begin(), of.end());
-    return of[static_cast<std::size_t>(share * static_cast<double>(of.size() - 1))];
-  };
   std::printf("| %s | %s | %zu | %.2f / %.2f | %.1f / %.1f | %.3f / %.3f | %s |\n", name.c_str(),
-              MapperName(mapper), graph.nodes().size(), at(ours, 0.5), at(ours, 0.99),
-              at(theirs, 0.5), at(theirs, 1), at(gaps, 0.5), at(gaps, 1),
+              MapperName(mapper), graph.nodes().size(), Quantile(ours, 0.5), Quantile(ours, 0.99),
+              Quantile(theirs, 0.5), Quantile(theirs, 1), Quantile(gaps, 0.5), Quantile(gaps, 1),
               solver.why_not_kept().c_str());
   std::fflush(stdout);
 }

@@ -24,20 +24,13 @@
 #include "hpgo/solve/full_solve.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/solve/window.h"
-#include "test/bench/cpu_seconds.h"
+#include "test/bench/measure.h"
 #include "test/solve/small_hierarchies.h"
 
 namespace hpgo {
 namespace {
 
 constexpr int kWorldNodes = 10000;
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 // "manhattan", "city": generated, with the truth as its poses if `near_optimum`; otherwise a g2o
 // file, a little off its optimum: at the optimum itself Ceres stops without a step.
@@ -175,11 +168,11 @@ void CompareEngines(benchmark::State& state, MakeCase<G> make, const Name& name)
   state.counters["factors"] = static_cast<double>(input.problem.factors.size());
   for (int k = 0; k < 2; ++k) {
     const std::string engine = EngineName(kEngines[k]);
-    state.counters[engine] = 1e3 * Median(seconds[k]);
+    state.counters[engine] = 1e3 * Quantile(seconds[k], 0.5);
     state.counters[engine + "_iterations"] = summaries[k].iterations;
     state.counters[engine + "_cost"] = summaries[k].final_cost;
   }
-  state.counters["speedup"] = Median(ratios);
+  state.counters["speedup"] = Quantile(ratios, 0.5);
 }
 
 enum class Part { kAnalyze, kLinearize, kFactor, kSolve, kCost };

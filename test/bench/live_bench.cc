@@ -1,6 +1,5 @@
 // A writer at full speed, four readers, updates on the worker: what a reader waits.
 //   live_bench [NODES]
-#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -8,9 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/live/live_optimizer.h"
 #include "hpgo/replay.h"
+#include "test/bench/measure.h"
 
 namespace {
 
@@ -22,15 +21,9 @@ double Seconds(Clock::duration duration) { return std::chrono::duration<double>(
 }  // namespace
 
 int main(int argc, char** argv) {
-  hpgo::GenerateOptions options;
-  options.world = hpgo::World::kCity;
-  options.nodes = argc > 1 ? std::atoi(argv[1]) : 100'000;
-  const auto world = hpgo::GenerateGraph<SE3>(options);
-  if (!world.ok()) {
-    std::fprintf(stderr, "%s\n", world.status().ToString().c_str());
-    return 1;
-  }
-  const hpgo::PoseGraph<SE3>& graph = world->graph;
+  const auto city = hpgo::CityOfArguments(argc, argv);
+  if (!city.has_value()) return 1;
+  const hpgo::PoseGraph<SE3>& graph = *city;
   const std::vector<hpgo::ReplayStep> steps = hpgo::ReplaySteps(graph);
   hpgo::LiveOptimizer<SE3> live;
   std::atomic<bool> done{false};
@@ -70,10 +63,10 @@ int main(int argc, char** argv) {
   for (std::thread& reader : readers) reader.join();
   std::vector<double> all;
   for (const auto& some : waits) all.insert(all.end(), some.begin(), some.end());
-  std::sort(all.begin(), all.end());
-  std::printf("%d nodes written in %.2f s, at rest after %.2f s, %llu snapshots\n", options.nodes,
-              written, idle, static_cast<unsigned long long>(live.Latest()->version));
+  std::printf("%d nodes written in %.2f s, at rest after %.2f s, %llu snapshots\n",
+              static_cast<int>(graph.nodes().size()), written, idle,
+              static_cast<unsigned long long>(live.Latest()->version));
   std::printf("%zu reads: p50 %.2f us, p99 %.2f us, p99.9 %.2f us, max %.1f us\n", all.size(),
-              1e6 * all[all.size() / 2], 1e6 * all[all.size() * 99 / 100],
-              1e6 * all[all.size() * 999 / 1000], 1e6 * all.back());
+              1e6 * hpgo::Quantile(all, 0.5), 1e6 * hpgo::Quantile(all, 0.99),
+              1e6 * hpgo::Quantile(all, 0.999), 1e6 * hpgo::Quantile(all, 1));
 }

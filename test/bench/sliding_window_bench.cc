@@ -13,11 +13,12 @@
 #include <vector>
 
 #include "hpgo/optimizer.h"
-#include "test/bench/cpu_seconds.h"
+#include "test/bench/measure.h"
 
 namespace {
 
 using hpgo::CpuSeconds;
+using hpgo::Quantile;
 using hpgo::SE3;
 
 std::int64_t ResidentBytes() {
@@ -94,11 +95,10 @@ int main(int argc, char** argv) {
       return 1;
     }
     if (k % std::max<std::int64_t>(steps / rows, 1) != 0) continue;
-    std::sort(times.begin(), times.end());
     std::printf("%d,%ld,%.1f,%.1f,%.1f,%zu,%ld,%zu\n", live, static_cast<long>(k),
-                1e6 * times[times.size() / 2], 1e6 * times[times.size() * 99 / 100],
-                1e6 * times.back(), optimizer.MemoryBytes() / 1024,
-                static_cast<long>(ResidentBytes() / 1024), optimizer.num_edges());
+                1e6 * Quantile(times, 0.5), 1e6 * Quantile(times, 0.99), 1e6 * Quantile(times, 1),
+                optimizer.MemoryBytes() / 1024, static_cast<long>(ResidentBytes() / 1024),
+                optimizer.num_edges());
     std::fflush(stdout);
     times.clear();
   }
