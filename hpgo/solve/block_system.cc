@@ -12,20 +12,10 @@ using ceres_costs::YawPose;
 
 namespace {
 
-// So stiff is a factor at least, of what it measures in the same direction, and of what it measures
-// of the kind (translation or rotation) for rounding not to move it.
-constexpr double kHold = 1e-12, kRounding = 1e-14;
-
-// Relative to the factor's other pose, not to the world: a long chain, which bends easily, is not
-// held. One that measures nothing, or whose loss has rejected it, holds nothing.
-template <typename G>
-void Hold(typename G::Matrix* A) {
-  const typename G::Tangent best = BestOfKind<G>(*A);
-  for (int c = 0; c < G::kDof; ++c) {
-    double& a = (*A)(c, c);
-    a += std::max(kHold * (a > 0 ? a : best(c)), kRounding * best(c));
-  }
-}
+// So stiff is a factor at least, of what it measures best of the kind: rounding does not move what
+// it leaves open. Relative to the factor's other pose, not to the world: a long chain, which bends
+// easily, is not held. One that measures nothing, or whose loss has rejected it, holds nothing.
+constexpr double kHold = 1e-14;
 
 }  // namespace
 
@@ -78,7 +68,7 @@ double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
     const G Y = RelativePose(factor, problem_->poses);
     if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
     cost += at_j.cost;
-    if (unmeasured == Unmeasured::kHeld) Hold<G>(&at_j.A);
+    if (unmeasured == Unmeasured::kHeld) at_j.A.diagonal() += kHold * BestOfKind<G>(at_j.A);
     if (IsFree(factor.j)) {
       Diagonal(factor.j) += at_j.A;
       Vector(&gradient_[static_cast<std::size_t>(factor.j) * D]) += at_j.b;

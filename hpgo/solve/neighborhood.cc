@@ -25,11 +25,8 @@ class Ways {
     const std::vector<Index> goal = to == kNone ? std::vector<Index>() : Ancestors(to);
     std::vector<Index> way;
     for (int l = static_cast<int>(start.size()) - 1; l >= 0; --l) {
-      const Index end = to == kNone ? kNone : goal[l];
-      std::vector<Index> found = Search(l, start[l], end, way);
-      // A group that edges have been taken from may have fallen apart.
-      if (found.empty() && !way.empty()) found = Search(l, start[l], end, {});
-      way.swap(found);
+      way = Search(l, start[l], to == kNone ? kNone : goal[l], way);
+      if (way.empty()) break;
     }
     return way;
   }

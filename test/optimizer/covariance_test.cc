@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <memory>
+#include <random>
 #include <string>
 #include <utility>
 #include <vector>
@@ -185,6 +186,63 @@ TYPED_TEST(CovarianceTest, BoundedOnesOfWhatIsHeldOrNotThereYet) {
   optimizer.Update();
   expect_exact(4);
   EXPECT_EQ(optimizer.BoundedMarginalCovariance(2)->covariance.norm(), 0);
+}
+
+TYPED_TEST(CovarianceTest, BoundedOnesEndAtWhatIsHeld) {
+  using G = TypeParam;
+  OptimizerOptions options;
+  options.condense_chains = false;
+  Optimizer<G> optimizer(options);
+  for (int k = 0; k < 50; ++k) {
+    ASSERT_TRUE(optimizer.AddNode(k, G()).ok());
+    if (k == 0) continue;
+    ASSERT_TRUE(optimizer.AddEdge(k - 1, k, G(), G::Matrix::Identity()).ok());
+  }
+  const auto expect_exact = [&](NodeId id, int max_nodes) {
+    const auto bounded = optimizer.BoundedMarginalCovariance(id, max_nodes);
+    ASSERT_TRUE(bounded.ok()) << bounded.status().ToString();
+    EXPECT_TRUE(bounded->exact);
+    const auto exact = *optimizer.MarginalCovariance(id);
+    EXPECT_LE((bounded->covariance - exact).norm(), 1e-9 * exact.norm());
+  };
+  ASSERT_TRUE(optimizer.AddPrior(0, G(), G::Matrix::Identity()).ok());
+  optimizer.Update();
+  expect_exact(40, 50);
+  // What lies beyond a fixed node has no say.
+  ASSERT_TRUE(optimizer.SetFixed(25, true).ok());
+  optimizer.Update();
+  expect_exact(40, 25);
+}
+
+// The way goes down through groups, which hang together whatever has been removed.
+TYPED_TEST(CityCovarianceTest, BoundedOnesFindTheirWayWhereEdgesHaveGone) {
+  using G = TypeParam;
+  GenerateOptions generate;
+  generate.world = World::kManhattan;
+  generate.nodes = 400;
+  const PoseGraph<G> graph = GenerateGraph<G>(generate)->graph;
+  OptimizerOptions options;
+  options.max_top_nodes = 10;
+  Optimizer<G> optimizer(options);
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<G>(graph, step, nullptr, &optimizer).ok());
+  }
+  std::vector<GraphEdge<G>> edges = graph.edges();
+  std::mt19937_64 rng(3);
+  std::shuffle(edges.begin(), edges.end(), rng);
+  int determined = 0;
+  for (std::size_t k = 0; k < edges.size(); ++k) {
+    ASSERT_TRUE(optimizer.RemoveEdges(edges[k].i, edges[k].j).ok());
+    if (k % 20 != 0) continue;
+    optimizer.Update();
+    for (NodeId id = 0; id < 400; id += 37) {
+      if (optimizer.EdgesOf(id)->empty()) continue;
+      const bool expected = optimizer.MarginalCovariance(id).ok();
+      EXPECT_EQ(optimizer.BoundedMarginalCovariance(id, 20).ok(), expected) << id;
+      determined += expected;
+    }
+  }
+  EXPECT_GT(determined, 100);
 }
 
 }  // namespace

@@ -1,8 +1,10 @@
 #include "hpgo/solve/undetermined.h"
 
+#include <memory>
 #include <random>
 #include <string>
 
+#include "ceres_costs/losses.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/solve/full_solve.h"
@@ -91,6 +93,28 @@ TYPED_TEST(UndeterminedTest, ALongChainIsDetermined) {
   FullSolveOptions options;
   options.init = InitMethod::kFile;
   EXPECT_THAT(SolveFull(options, &graph).undetermined, ElementsAre(5000));
+}
+
+TYPED_TEST(UndeterminedTest, WhatALossRejectsCountsAsMeasured) {
+  using G = TypeParam;
+  std::unique_ptr<ceres::LossFunction> tukey;
+  std::string error;
+  ASSERT_TRUE(ceres_costs::MakeLoss("tukey", 1, &tukey, &error)) << error;
+  Subproblem<G> problem;
+  problem.poses.resize(3);
+  problem.num_free = 2;
+  ceres_costs::RelativePoseTerm<G> far, soft;
+  far.measurement.translation()(0) = 100;
+  far.information = ceres_costs::PackedSymmetric<G::kDof>(G::Matrix::Identity().eval());
+  soft.information = ceres_costs::PackedSymmetric<G::kDof>(NoRotation<G>());
+  for (int k = 0; k < 2; ++k) {
+    Factor<G>& factor = problem.factors.emplace_back();
+    factor.i = 2;
+    factor.j = k;
+    factor.term = k == 0 ? &far : &soft;
+  }
+  problem.factors[0].loss = tukey.get();
+  EXPECT_THAT(FindUndetermined(problem), ElementsAre(1));
 }
 
 // Every edge measures one direction, each another: next to nothing keeps the poses from running
