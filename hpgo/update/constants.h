@@ -17,7 +17,7 @@ inline constexpr int kMostDisturbedEdges = 64;
 
 // --- A solve of a window.
 // Taus by which a step misses what its linearization promised for another one to be worth it.
-inline constexpr double kTausMissedForAnother = 1000;
+inline constexpr double kTausMissedForAnother = 10;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
 inline constexpr double kHalfTurnToAskBelow = 0.025;

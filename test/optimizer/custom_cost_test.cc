@@ -96,10 +96,9 @@ TEST_P(CustomCostTest, GivesTheSameAsTheBuiltInEdge) {
       EXPECT_TRUE(optimizer->Update().status.ok());
     }
     EXPECT_TRUE(optimizer->Refine().at_rest);
-    EXPECT_LT(Gap(built_in), 1e-4);
-    EXPECT_TRUE(optimizer->Optimize(Mode::kFull).status.ok());  // poses, too, to the last digits
   }
   EXPECT_NEAR(custom.Cost(), built_in.Cost(), 1e-6 * built_in.Cost());
+  EXPECT_LT(Gap(built_in), 1e-4);
   for (int k = 0; k < 60; ++k) {
     EXPECT_LT(built_in.GetPose(k)->LocalCoordinates(*custom.GetPose(k)).norm(), 1e-5) << k;
   }
