@@ -47,8 +47,15 @@ SE3 Deviation(const SE3::Tangent& d, SE3::Matrix* J_inverse) {
 
 template <typename G>
 SemiDefiniteInverse<G>::SemiDefiniteInverse(const Matrix& A) {
-  for (int i = 0; i < G::kDof; ++i) scale_(i) = A(i, i) > 0 ? 1 / std::sqrt(A(i, i)) : 0;
-  S_ = scale_.asDiagonal() * A * scale_.asDiagonal();
+  constexpr double kRounding = 1e-13;
+  const double translation = A.diagonal().template head<G::kDim>().maxCoeff();
+  const double rotation = A.diagonal().template tail<G::kRotationDof>().maxCoeff();
+  for (int i = 0; i < G::kDof; ++i) {
+    const double noise = kRounding * (i < G::kDim ? translation : rotation);
+    scale_(i) = A(i, i) > std::max(noise, 0.) ? 1 / std::sqrt(A(i, i)) : 0;
+  }
+  // Rounding differs on the two sides of the diagonal.
+  S_ = scale_.asDiagonal() * (0.5 * (A + A.transpose())) * scale_.asDiagonal();
   // The usual case: well conditioned after scaling.
   llt_.compute(S_);
   if (llt_.info() == Eigen::Success) {
@@ -72,6 +79,15 @@ typename G::Tangent SemiDefiniteInverse<G>::Times(const Tangent& b) const {
 }
 
 template <typename G>
+typename G::Matrix SemiDefiniteInverse<G>::Root() const {
+  if (!S_.allFinite()) return Matrix::Zero();
+  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S_);
+  const Tangent roots = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const Tangent unscaled = (scale_.array() > 0).select(scale_.cwiseInverse(), 0);
+  return roots.asDiagonal() * eigen.eigenvectors().transpose() * unscaled.asDiagonal();
+}
+
+template <typename G>
 RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model,
                                   const SemiDefiniteInverse<G>& inverse, const G& T) {
   typename G::Tangent d = inverse.Times(model.b);
@@ -83,7 +99,13 @@ RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model,
   const G E = Deviation<G>(d, &J_inverse);
   RelativePoseTerm<G> term;
   term.measurement = (T * E.Inverse()).Normalized();
-  const typename G::Matrix information = J_inverse.transpose() * model.A * J_inverse;
+  typename G::Matrix information;
+  if (inverse.definite()) {
+    information = J_inverse.transpose() * (0.5 * (model.A + model.A.transpose())) * J_inverse;
+  } else {
+    const typename G::Matrix W = inverse.Root() * J_inverse;
+    information = W.transpose() * W;
+  }
   term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
   return term;
 }

@@ -29,8 +29,9 @@ struct ChildGeometry {
   G RelativePose() const { return X_a.Between(X_b); }
 };
 
-// The pseudo-inverse of a positive semi-definite A, scaled by its diagonal; directions below 1e-11
-// of the largest are dropped.
+// The pseudo-inverse of a positive semi-definite A, scaled by its diagonal, in which entries that
+// are rounding beside the largest of their kind (translation, rotation) count as zero; directions
+// below 1e-11 of the largest are dropped.
 template <typename G>
 class SemiDefiniteInverse {
  public:
@@ -40,6 +41,10 @@ class SemiDefiniteInverse {
   SemiDefiniteInverse() = default;
   explicit SemiDefiniteInverse(const Matrix& A);
   Tangent Times(const Tangent& b) const;
+  bool definite() const { return definite_; }
+  // W with W' W = A to rounding. What is made as a product of W with itself is semi-definite on
+  // every scale, where sums in A leave noise beside the zeros of what is not measured.
+  Matrix Root() const;
 
  private:
   Tangent scale_ = Tangent::Zero();
