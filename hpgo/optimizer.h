@@ -137,9 +137,8 @@ class Optimizer {
   // limit is hit, to be called again. The schedules kNewEdges and kNewestNode know no rest: they
   // make one update.
   UpdateReport Refine(const UpdateLimits& limits = {});
-  // To the optimum now, by whatever is cheapest, for clients that ask once after many changes: an
-  // update takes in what is new; then the whole graph is solved, or windows alone where the limits
-  // have no time for that. Nothing is done where nothing has changed. at_rest: it is the optimum.
+  // To the optimum now, by whatever is cheapest, for clients that ask once after many changes: the
+  // whole graph is solved, or windows alone where the limits have no time for that. Nothing is done where nothing has changed. at_rest: it is the optimum.
   UpdateReport Converge(const UpdateLimits& limits = {});
 
   // --- Asking. Poses cost O(levels) each.

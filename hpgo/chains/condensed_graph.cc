@@ -99,6 +99,18 @@ void CondensedGraph<G>::SettleAll() {
   BindUnfit();
 }
 
+template <typename G>
+void CondensedGraph<G>::LinearizeChainsAt(const std::vector<G>& poses) {
+  for (Chain& chain : chains_) {
+    if (!chain.alive || chain.level_edge == kNone) continue;
+    spans_.LinearizeAt(chain.root, [&](const ChainEdge<G>& part) {
+      const Edge& edge = edges_[part.edge];
+      return poses[edge.node[part.reversed]].Between(poses[edge.node[!part.reversed]]);
+    });
+    SetTerm(&chain, poses[chain.node[0]].Between(poses[chain.node[1]]));
+  }
+}
+
 // The level edge of a chain between kept nodes, or of its only edge.
 template <typename G>
 void CondensedGraph<G>::FinishChain(Index c) {

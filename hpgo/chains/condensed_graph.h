@@ -70,7 +70,8 @@ class CondensedGraph {
 
   Index num_nodes() const { return num_nodes_; }
   Index num_edges() const { return num_edges_; }
-  // Past the largest index of an edge ever given.
+  // Past the largest indices of a node and of an edge ever given.
+  Index end_of_nodes() const { return static_cast<Index>(nodes_.size()); }
   Index end_of_edges() const { return static_cast<Index>(edges_.size()); }
   bool IsNode(Index node) const {
     return node < static_cast<Index>(nodes_.size()) && nodes_[node].alive;
@@ -114,6 +115,9 @@ class CondensedGraph {
   bool has_changes() const { return !touched_.empty(); }
   // Linearizes all chains anew where they are, for those who want the very optimum. O(edges).
   void SettleAll();
+  // Linearizes all chains between kept nodes where `poses`, T_world_node by node, have their nodes;
+  // the kept ones are moved there by the caller. O(edges).
+  void LinearizeChainsAt(const std::vector<G>& poses);
   // What the last Restructure has placed.
   const std::vector<PlacedEdge>& placed() const { return placed_; }
   // New nodes since the last Restructure that begin a component.

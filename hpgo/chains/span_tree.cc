@@ -428,6 +428,17 @@ void SpanTree<G>::SettleAll(Index root, const G& T) {
 }
 
 template <typename G>
+void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&)>& Y) {
+  Span& span = spans_[s];
+  span.stale = true;
+  if (span.height > 0) {
+    for (int k = 0; k < 2; ++k) LinearizeAt(span.items[k], Y);
+    return;
+  }
+  for (int k = 0; k < span.count; ++k) edges_[span.items[k]].Y = Y(edges_[span.items[k]]);
+}
+
+template <typename G>
 SplitPose<G> SpanTree<G>::PoseOf(Index edge, const G& T) {
   // The path from the root.
   Index path[64];

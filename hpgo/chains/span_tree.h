@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <vector>
 
@@ -79,6 +80,8 @@ class SpanTree {
   // measurements by more than a linearization can reach, or amid a stretch whose step raises its
   // cost.
   std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
+  // Linearizes every edge at Y, T_previous_next along the chain. O(n).
+  void LinearizeAt(Index root, const std::function<G(const ChainEdge<G>&)>& Y);
   // An edge given T of the ends of its chain: T_first_previous, and T_previous_next, the
   // conditional means. O(log n).
   SplitPose<G> PoseOf(Index edge, const G& T);

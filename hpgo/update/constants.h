@@ -42,6 +42,9 @@ inline constexpr int kBottomWindowsByTime = 6;
 inline constexpr int kMergesPerLookAtClock = 64;
 
 // --- The whole graph.
+// Edges of the graph for each new one up to which an update solves it with its chains opened where
+// what is new is far off: no more than updates one by one would cost.
+inline constexpr double kOpenedPerNew = 10;
 inline constexpr int kFullIterations = 50;
 // Chains are linearized in turns with the solve of what is between them; the last gains less than
 // this share of the cost.
@@ -56,6 +59,6 @@ inline constexpr int kIterationsToFit = 3;
 inline constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10, kGainToGoDeeper = 1e-5;
 // Where the levels' models disagree, windows may undo each other's work for ever: after so many
 // passes over the graph it is solved whole.
-inline constexpr double kMostPasses = 50;
+inline constexpr double kMostPasses = 20;
 
 }  // namespace hpgo

@@ -67,28 +67,9 @@ void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index
   }
 }
 
-template <typename G>
-bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
-  const Stopwatch watch(&report->window_seconds);
-  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
-  for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
-    if (turn > 0) tools.graph.SettleAll();
-    if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
-    ++report->windows;
-    const double cost = tools.step.window().Cost();
-    const StepResult step =
-        tools.step.Solve(kFullIterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
-    Note(step, report);
-    if (!step.status.ok()) return false;
-    if (step.decrease <= kFullStandstill * cost) return step.converged;
-  }
-  return false;
-}
-
-#define HPGO_INSTANTIATE(G)                                                                       \
-  template void SolveTop(const UpdateTools<G>&, const UpdatePlan&, int, UpdateReport*);           \
-  template void RunFixedSchedule(const UpdateTools<G>&, const UpdatePlan&, Index, UpdateReport*); \
-  template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
+#define HPGO_INSTANTIATE(G)                                                             \
+  template void SolveTop(const UpdateTools<G>&, const UpdatePlan&, int, UpdateReport*); \
+  template void RunFixedSchedule(const UpdateTools<G>&, const UpdatePlan&, Index, UpdateReport*);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
 HPGO_INSTANTIATE(YawPose)

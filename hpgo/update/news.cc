@@ -54,6 +54,17 @@ News FindNews(const CondensedGraph<G>& graph, const Changes& changes) {
 }
 
 template <typename G>
+bool IsFarOff(const News& news, const Hierarchy<G>& hierarchy) {
+  return std::any_of(news.edges.begin(), news.edges.end(), [&](Index e) {
+    const LevelEdge& edge = hierarchy.level(0).edges[e];
+    const auto factor = hierarchy.FactorOf(0, e);
+    return edge.node[0] != kNone && factor.term != nullptr &&
+           IsTwisted(factor.term->measurement,
+                     hierarchy.RelativePose(0, edge.node[0], edge.node[1]));
+  });
+}
+
+template <typename G>
 Index QueueNews(const News& news, const std::vector<Index>& disturbed,
                 const StressThresholds& thresholds, CondensedGraph<G>* graph) {
   Hierarchy<G>& hierarchy = graph->hierarchy();
@@ -101,6 +112,7 @@ void QueueRefreshed(const StressThresholds& thresholds, Hierarchy<G>* hierarchy)
 
 #define HPGO_INSTANTIATE(G)                                                                 \
   template News FindNews(const CondensedGraph<G>&, const Changes&);                         \
+  template bool IsFarOff(const News&, const Hierarchy<G>&);                                 \
   template Index QueueNews(const News&, const std::vector<Index>&, const StressThresholds&, \
                            CondensedGraph<G>*);                                             \
   template void QueueAll(const StressThresholds&, Hierarchy<G>*);                           \

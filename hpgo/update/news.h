@@ -33,6 +33,10 @@ struct News {
 template <typename G>
 News FindNews(const CondensedGraph<G>& graph, const Changes& changes);
 
+// Whether a new edge is turned against its measurement by more than a linearization can reach.
+template <typename G>
+bool IsFarOff(const News& news, const Hierarchy<G>& hierarchy);
+
 // Puts it, and what is disturbed, up for examination. Returns an edge of level 0 whose cost cannot
 // be evaluated at the estimate, kNone if there is none: it is left out.
 template <typename G>

@@ -30,8 +30,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   }
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
-  if (!changes.empty() || gauge->is_due()) depth_ = 1;
-  double work = 0;  // nodes solved at this depth
+  if (!changes.empty() || gauge->is_due()) SetDepth(1);
   double last_mean = kInfinity;
   Changes left = changes;
   UpdateReport sum;
@@ -41,12 +40,13 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     left = Changes::None(changes.newest);
     Accumulate(report, &sum);
     if (!report.status.ok()) break;
-    work += report.solved_nodes;
+    solved_at_depth_ += report.solved_nodes;
     sum.at_rest = report.at_rest;
     const double pass = graph_.hierarchy().level(0).num_nodes;
-    if (!sum.at_rest && work > kMostPasses * pass && !budget.IsStopped()) {
+    if (!sum.at_rest && solved_at_depth_ > kMostPasses * pass && !budget.IsStopped()) {
       // Windows that undo each other's work, or that are small beside what they belong to.
       const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
+      if (full.converged) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);
       sum.at_rest = full.report.status.ok() && (full.converged || !budget.IsStopped());
       break;
@@ -59,12 +59,12 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     const bool gaining = last_mean - mean_.value() > kGainToGoDeeper * mean_.value();
     last_mean = mean_.value();
     const bool deeper = depth_ < kDeep || (gaining && depth_ < kDeepest);
-    if (deeper) depth_ *= kDeeper;
+    if (deeper) SetDepth(kDeeper * depth_);
     const StressThresholds thresholds = Thresholds(depth_);
     if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
     graph_.SettleAll();
     QueueAll(thresholds, &graph_.hierarchy());
-    work = 0;
+    solved_at_depth_ = 0;
     sum.at_rest = false;
   } while (!sum.at_rest && !budget.IsStopped());
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));

@@ -47,7 +47,13 @@ template <typename G>
 void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, int iterations,
               UpdateReport* report);
 
-// The whole graph, to convergence: true if it got there.
+// The graph as its caller sees it, every chain opened: for poses that are far off, where chains
+// would have to bend by more than their models can say. O(nodes).
+template <typename G>
+void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max_seconds,
+                 UpdateReport* report);
+
+// The whole graph over its kept nodes, to convergence: true if it got there.
 template <typename G>
 bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
 

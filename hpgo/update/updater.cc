@@ -9,6 +9,11 @@
 #include "hpgo/update/motion.h"
 
 namespace hpgo {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+}  // namespace
 
 using ceres_costs::SE2;
 using ceres_costs::SE3;
@@ -33,7 +38,7 @@ Updater<G>::Updater(const OptimizerOptions& options, CondensedGraph<G>* graph, L
 template <typename G>
 UpdateReport Updater<G>::Update(const Changes& changes, Mode mode, const UpdateLimits& limits,
                                 Gauge<G>* gauge) {
-  depth_ = 1;
+  SetDepth(1);
   at_optimum_ = false;
   return Run(changes, mode, Budget(limits), depth_, gauge).report;
 }
@@ -67,6 +72,10 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     }
     const UpdateTools<G> tools = {options_, graph_, step_, sizes_, sweep_};
     const UpdatePlan plan = {budget, thresholds, news};
+    if (IsToBeOpened(mode, changes, news)) {
+      // Of an update it is a part of taking in what is new, which no limit of time cuts short.
+      SolveOpened(tools, plan, mode == Mode::kFull ? budget.SecondsLeft() : kInfinity, &report);
+    }
     MergeDirty(tools, plan, &report);
     if (mode == Mode::kFull) {
       step.converged = SolveWholeGraph(tools, plan, &report);
@@ -86,6 +95,15 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
           << report.windows << " windows, " << report.top_solves << " top solves, "
           << report.seconds * 1e3 << " ms";
   return step;
+}
+
+// Of much that is far off, bent chains, windows and rigid groups make knots.
+template <typename G>
+bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const News& news) const {
+  if (options_.schedule != Schedule::kStress || mode == Mode::kTop) return false;
+  const bool is_affordable =
+      mode == Mode::kFull || graph_.num_edges() < kOpenedPerNew * changes.num_edges;
+  return is_affordable && IsFarOff(news, graph_.hierarchy());
 }
 
 // Puts new nodes and edges in place, and holds what must be held.
@@ -122,21 +140,20 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   }
   const Budget budget(limits);
   const G newest_before = PoseOf(changes.newest);
-  // Far-off parts are brought near first, where a solve of everything converges best.
-  sum = Update(changes, Mode::kPartial, limits, gauge);
-  if (sum.status.ok() && !budget.IsStopped()) {
-    const Changes none = Changes::None(changes.newest);
-    const Level<G>& level = graph_.hierarchy().level(0);
-    const double worth = sizes_.Worth(level.num_nodes, level.num_edges);
-    if (kIterationsToFit * sizes_.SecondsOf(worth, 0) < budget.SecondsLeft()) {
-      const Step full = Run(none, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
-      Accumulate(full.report, &sum);
-      sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
-    } else {
-      const UpdateReport refined = Refine(none, budget.Rest(), gauge);
-      Accumulate(refined, &sum);
-      sum.at_rest = false;
+  const Level<G>& level = graph_.hierarchy().level(0);
+  const double worth =
+      sizes_.Worth(level.num_nodes + changes.num_nodes, level.num_edges + changes.num_edges);
+  if (kIterationsToFit * sizes_.SecondsOf(worth, 0) < budget.SecondsLeft()) {
+    SetDepth(1);
+    const Step full = Run(changes, Mode::kFull, budget, depth_, gauge);
+    Accumulate(full.report, &sum);
+    sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
+  } else {
+    sum = Update(changes, Mode::kPartial, limits, gauge);
+    if (sum.status.ok() && !budget.IsStopped()) {
+      Accumulate(Refine(Changes::None(changes.newest), budget.Rest(), gauge), &sum);
     }
+    sum.at_rest = false;
   }
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.seconds = budget.SecondsSpent();

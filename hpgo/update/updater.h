@@ -25,7 +25,8 @@ class Updater {
   // What it keeps.
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.at_optimum_);
+    archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.solved_at_depth_,
+            self.at_optimum_);
   }
 
  private:
@@ -35,6 +36,11 @@ class Updater {
   };
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
+  bool IsToBeOpened(Mode mode, const Changes& changes, const News& news) const;
+  void SetDepth(double depth) {
+    depth_ = depth;
+    solved_at_depth_ = 0;
+  }
   StressThresholds Thresholds(double depth) const;
   G PoseOf(Index node) const { return node == kNone ? G() : graph_.WorldPose(node); }
 
@@ -44,7 +50,9 @@ class Updater {
   WindowSizes sizes_;
   Sweep sweep_;
   Chi2Mean mean_;
-  double depth_ = 1;         // Refine divides the stress threshold by it
+  double depth_ = 1;  // Refine divides the stress threshold by it
+  // Nodes that Refine's windows have solved at this depth, in however many calls.
+  double solved_at_depth_ = 0;
   bool at_optimum_ = false;  // since the last Converge, but for changes
 };
 

@@ -64,6 +64,19 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   return result;
 }
 
+template <typename G>
+StepResult WindowStep<G>::Take(const SubproblemSummary& summary,
+                               const StressThresholds& thresholds) {
+  StepResult result;
+  result.solved_nodes = window_.num_free();
+  result.decrease = summary.initial_cost - summary.final_cost;
+  window_.Commit(hierarchy_);
+  QueueRefreshed(thresholds, hierarchy_);
+  result.largest_moved = LargestMoved();
+  RecordChanges(0, thresholds);
+  return result;
+}
+
 // Chains bend on the way. False where the cost rises with them linearized where the step ends; the
 // poses are those before it then.
 template <typename G>

@@ -42,6 +42,9 @@ class WindowStep {
   // to the edges around, to those below, and to those above.
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
                    const Budget& budget);
+  // Takes the poses that the window's subproblem has been given, found by another solve, and passes
+  // on what has changed.
+  StepResult Take(const SubproblemSummary& summary, const StressThresholds& thresholds);
   // Why nothing can be solved that holds this edge.
   Status NotFinite(Index level_edge) const;
 

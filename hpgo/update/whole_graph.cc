@@ -1,0 +1,118 @@
+// Solves of everything at once: over kept nodes, and of the graph as its caller sees it.
+#include <algorithm>
+#include <vector>
+
+#include "hpgo/solve/solver_factory.h"
+#include "hpgo/update/constants.h"
+#include "hpgo/update/schedules.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+using ceres_costs::YawPose;
+
+// The graph without chains: every node that has an edge, held ones behind the free ones.
+template <typename G>
+class OpenedGraph {
+ public:
+  explicit OpenedGraph(CondensedGraph<G>* graph) : poses_(graph->end_of_nodes()) {
+    std::vector<int> slots(graph->end_of_nodes(), kWorldFrame);
+    std::vector<Index> held;
+    const auto place = [&](Index n) {
+      slots[n] = static_cast<int>(nodes_.size());
+      nodes_.push_back(n);
+      problem_.poses.push_back(poses_[n]);
+    };
+    graph->ForEachPose([&](Index n, const G& pose) {
+      poses_[n] = pose;
+      if (graph->Degree(n) == 0) return;
+      if (graph->IsHeld(n)) {
+        held.push_back(n);
+      } else {
+        place(n);
+      }
+    });
+    problem_.num_free = static_cast<int>(nodes_.size());
+    for (const Index n : held) place(n);
+    for (Index e = 0; e < graph->end_of_edges(); ++e) {
+      if (!graph->IsEdge(e)) continue;
+      Factor<G> factor;
+      static_cast<ceres_costs::FactorTerm<G>&>(factor) = graph->FactorOf(e);
+      if (graph->End(e, 0) != kNone) factor.i = slots[graph->End(e, 0)];
+      factor.j = slots[graph->End(e, 1)];
+      problem_.factors.push_back(factor);
+    }
+  }
+
+  Subproblem<G>* problem() { return &problem_; }
+  // T_world_node by node of the graph, where the problem has put them.
+  const std::vector<G>& Poses() {
+    for (std::size_t k = 0; k < nodes_.size(); ++k) poses_[nodes_[k]] = problem_.poses[k];
+    return poses_;
+  }
+
+ private:
+  std::vector<Index> nodes_;  // in the order of the problem's poses
+  std::vector<G> poses_;
+  Subproblem<G> problem_;
+};
+
+}  // namespace
+
+template <typename G>
+void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max_seconds,
+                 UpdateReport* report) {
+  const Stopwatch watch(&report->window_seconds);
+  CondensedGraph<G>& graph = tools.graph;
+  OpenedGraph<G> opened(&graph);
+  SubproblemOptions options;
+  options.max_iterations = kFullIterations;
+  options.max_seconds = std::min(options.max_seconds, max_seconds);
+  options.cancel = plan.budget.cancel();
+  const SubproblemSummary summary =
+      MakeSolver<G>(tools.options.engine)->Solve(options, opened.problem());
+  ++report->windows;
+  // What cannot be solved is told by the solves of the levels, which name the edge.
+  const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
+  Window<G>& window = tools.step.window();
+  if (!usable || !(summary.final_cost < summary.initial_cost) ||
+      !window.BuildWhole(0, &graph.hierarchy())) {
+    return;
+  }
+  const std::vector<G>& poses = opened.Poses();
+  for (int k = 0; k < window.num_free(); ++k) {
+    window.subproblem().poses[k] = poses[graph.NodeOfLevel(window.nodes()[k])];
+  }
+  graph.LinearizeChainsAt(poses);
+  Note(tools.step.Take(summary, plan.thresholds), report);
+}
+
+template <typename G>
+bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+  const Stopwatch watch(&report->window_seconds);
+  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
+    if (turn > 0) tools.graph.SettleAll();
+    if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
+    ++report->windows;
+    const double cost = tools.step.window().Cost();
+    const StepResult step =
+        tools.step.Solve(kFullIterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
+    Note(step, report);
+    if (!step.status.ok()) return false;
+    if (step.decrease <= kFullStandstill * cost) return step.converged;
+  }
+  return false;
+}
+
+#define HPGO_INSTANTIATE(G)                                                                   \
+  template void SolveOpened(const UpdateTools<G>&, const UpdatePlan&, double, UpdateReport*); \
+  template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
+HPGO_INSTANTIATE(SE2)
+HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
+#undef HPGO_INSTANTIATE
+
+}  // namespace hpgo
