@@ -5,14 +5,14 @@
 #include <cstring>
 #include <utility>
 
-#include "Eigen/Cholesky"
 #include "ceres/loss_function.h"
-#include "ceres_costs/factor_term.h"
+#include "ceres_costs/common_motion.h"
 #include "hpgo/ceres/problem_view.h"
 
 namespace hpgo {
 namespace {
 
+using ceres_costs::ErrorConvention;
 using ceres_costs::SE2;
 using ceres_costs::SE3;
 using ceres_costs::YawPose;
@@ -26,29 +26,8 @@ void Mix(double value, std::uint64_t* hash) {
   *hash ^= *hash >> 29;
 }
 
-// Where the cost is least, from a start, and its information there.
-template <typename G>
-ceres_costs::RelativePoseTerm<G> Measurement(const ceres::CostFunction& cost, bool unary, G T) {
-  constexpr int kIterations = 10;
-  ceres_costs::FactorTerm<G> factor;
-  factor.custom = &cost;
-  ceres_costs::QuadraticModel<G> model, best;
-  if (!LinearizeFactor(factor, unary, T, &best)) return {};
-  for (int k = 0; k < kIterations; ++k) {
-    const typename G::Tangent d = best.A.ldlt().solve(-best.b);
-    if (!d.allFinite()) break;
-    const G next = T.Retract(d).Normalized();
-    if (!LinearizeFactor(factor, unary, next, &model) || !(model.cost < best.cost)) break;
-    const bool done = best.cost - model.cost <= 1e-9 * best.cost;
-    T = next;
-    best = model;
-    if (done) break;
-  }
-  ceres_costs::RelativePoseTerm<G> term;
-  term.measurement = T;
-  term.information = ceres_costs::PackedSymmetric<G::kDof>(best.A);
-  return term;
-}
+constexpr ErrorConvention kConventions[] = {ErrorConvention::kG2o, ErrorConvention::kSplitLog,
+                                            ErrorConvention::kTwist};
 
 }  // namespace
 
@@ -272,15 +251,54 @@ Status KeptProblemOf<G>::AddToOptimizer(const std::vector<NodeId>& poses, Residu
   if (residual->loss != nullptr) loss.reset(residual->loss, [](const ceres::LossFunction*) {});
   const G X_j = *optimizer_.GetPose(poses.back());
   const G T = unary ? X_j : optimizer_.GetPose(poses[0])->Between(X_j);
-  const ceres_costs::RelativePoseTerm<G> term = Measurement<G>(*cost, unary, T);
-  const typename G::Matrix information = term.information.Dense();
-  const Result<EdgeId> edge =
-      unary
-          ? optimizer_.AddCustomPrior(poses[0], cost, term.measurement, information, loss)
-          : optimizer_.AddCustomEdge(poses[0], poses[1], cost, term.measurement, information, loss);
+  const std::optional<LeastCost<G>> least = FindLeastCost<G>(*cost, unary, T);
+  const G measurement = least.has_value() ? least->T : G();
+  typename G::Matrix information = G::Matrix::Zero();
+  if (least.has_value()) information = least->information;
+  if (unary) {
+    return Take(optimizer_.AddCustomPrior(poses[0], cost, measurement, information, loss),
+                residual);
+  }
+  if (least.has_value() && ceres_costs::CommonMotionProblem<G>(*cost, T).empty()) {
+    NoteConventions(*cost, *least);
+    const auto term = AsTerm(*cost, *least, optimizer_.options().convention);
+    if (term.has_value()) {
+      const Result<EdgeId> edge = optimizer_.AddEdge(poses[0], poses[1], term->measurement,
+                                                     term->information.Dense(), loss);
+      if (edge.ok()) return Take(edge, residual);
+    }
+  }
+  return Take(optimizer_.AddCustomEdge(poses[0], poses[1], cost, measurement, information, loss),
+              residual);
+}
+
+template <typename G>
+Status KeptProblemOf<G>::Take(const Result<EdgeId>& edge, Residual* residual) {
   if (!edge.ok()) return edge.status();
   residual->edge = *edge;
   return Status::Ok();
+}
+
+// The first ones tell what the others are like.
+template <typename G>
+void KeptProblemOf<G>::NoteConventions(const ceres::CostFunction& cost, const LeastCost<G>& least) {
+  constexpr int kEnough = 8;
+  if (sampled_ == kEnough) return;
+  ++sampled_;
+  for (const ErrorConvention convention : kConventions) {
+    matches_[static_cast<int>(convention)] += AsTerm(cost, least, convention).has_value();
+  }
+}
+
+template <typename G>
+ErrorConvention KeptProblemOf<G>::BestConvention() const {
+  ErrorConvention best = optimizer_.options().convention;
+  for (const ErrorConvention convention : kConventions) {
+    if (matches_[static_cast<int>(convention)] > matches_[static_cast<int>(best)]) {
+      best = convention;
+    }
+  }
+  return best;
 }
 
 template <typename G>

@@ -9,6 +9,7 @@
 
 #include "ceres/problem.h"
 #include "hpgo/ceres/adapted_cost.h"
+#include "hpgo/ceres/native_term.h"
 #include "hpgo/ceres/pose_codec.h"
 #include "hpgo/optimizer.h"
 
@@ -30,6 +31,8 @@ class KeptProblem {
   virtual UpdateReport Update(const UpdateLimits& limits) = 0;
   virtual UpdateReport Refine(const UpdateLimits& limits) = 0;
   virtual const PoseLayout& layout() const = 0;
+  // The one in which most of the costs are terms that chains can hold; the options' own on ties.
+  virtual ceres_costs::ErrorConvention BestConvention() const = 0;
   virtual double Cost() const = 0;
   virtual Result<std::int64_t> GroupOf(const double* block, int level) const = 0;
 };
@@ -46,6 +49,7 @@ class KeptProblemOf final : public KeptProblem {
   UpdateReport Update(const UpdateLimits& limits) override;
   UpdateReport Refine(const UpdateLimits& limits) override;
   const PoseLayout& layout() const override { return codec_.layout(); }
+  ceres_costs::ErrorConvention BestConvention() const override;
   double Cost() const override { return optimizer_.Cost(); }
 
   Result<std::int64_t> GroupOf(const double* block, int level) const override;
@@ -86,6 +90,8 @@ class KeptProblemOf final : public KeptProblem {
   std::vector<BlockSource> Sources(const Residual& residual,
                                    const std::vector<NodeId>& poses) const;
   Status AddToOptimizer(const std::vector<NodeId>& poses, Residual* residual);
+  Status Take(const Result<EdgeId>& edge, Residual* residual);
+  void NoteConventions(const ceres::CostFunction& cost, const LeastCost<G>& least);
   int OffsetOf(int k) const;
   void WriteBack();
 
@@ -97,6 +103,8 @@ class KeptProblemOf final : public KeptProblem {
   std::unordered_map<const double*, Place> places_;
   std::unordered_map<ceres::ResidualBlockId, Residual> residuals_;
   std::uint64_t looks_ = 0;
+  // How many of the first costs are terms, by convention.
+  int sampled_ = 0, matches_[3] = {};
 };
 
 // A number that tells one cost and loss from others, by their values at a few points: pointers that

@@ -94,12 +94,20 @@ class ProblemSolver::Impl {
       return;
     }
     why_not_kept_.clear();
+    Keep(options_.optimizer, layout);
+    if (kept_ == nullptr) return;
+    OptimizerOptions options = options_.optimizer;
+    options.convention = kept_->BestConvention();
+    if (options.convention != options_.optimizer.convention) Keep(options, layout);
+  }
+
+  void Keep(const OptimizerOptions& options, const PoseLayout& layout) {
     if (layout.kind == PoseLayout::Kind::kXYTheta) {
-      kept_ = std::make_unique<KeptProblemOf<SE2>>(&problem_, options_.optimizer, layout);
+      kept_ = std::make_unique<KeptProblemOf<SE2>>(&problem_, options, layout);
     } else if (layout.kind == PoseLayout::Kind::kXYZYaw) {
-      kept_ = std::make_unique<KeptProblemOf<YawPose>>(&problem_, options_.optimizer, layout);
+      kept_ = std::make_unique<KeptProblemOf<YawPose>>(&problem_, options, layout);
     } else {
-      kept_ = std::make_unique<KeptProblemOf<SE3>>(&problem_, options_.optimizer, layout);
+      kept_ = std::make_unique<KeptProblemOf<SE3>>(&problem_, options, layout);
     }
     Note(kept_->LookAtAll());
   }

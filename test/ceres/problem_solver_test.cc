@@ -13,6 +13,7 @@
 #include "ceres_costs/se2.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "hpgo/ceres/level_problem.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/replay.h"
 #include "test/ceres/mapper_problems.h"
@@ -93,6 +94,38 @@ TEST(ProblemSolver, KeepsGravityAlignedProblems) {
   for (const Mapper3d mapper : {Mapper3d::kVins4, Mapper3d::kVoxgraph}) {
     ExpectKept(mapper, Graph<SE3>(100));
   }
+}
+
+// The poses of level 0 beside those of the problem: a cost that is a measurement in some convention
+// becomes a part of a chain, whatever its code.
+template <typename G, typename Mapper>
+double KeptShare(Mapper mapper) {
+  constexpr int kNodes = 400;
+  const auto made = MakeMapperProblem(mapper, Graph<G>(kNodes, World::kCity));
+  ProblemSolver solver(made->problem.get());
+  EXPECT_TRUE(solver.Update().status.ok());
+  const auto level = solver.LevelProblem<G>(0);
+  EXPECT_TRUE(level.ok()) << solver.why_not_kept();
+  return level.ok() ? 1. * (*level)->problem().NumParameterBlocks() / kNodes : 1;
+}
+
+TEST(ProblemSolver, CondensesCostsThatAreMeasurements) {
+  constexpr double kCondensed = 0.3;
+  for (const Mapper2d mapper :
+       {Mapper2d::kCeresExample, Mapper2d::kRtabMap, Mapper2d::kCartographer}) {
+    EXPECT_LT(KeptShare<SE2>(mapper), kCondensed) << MapperName(mapper);
+  }
+  for (const Mapper3d mapper : {Mapper3d::kCeresExample, Mapper3d::kVins6, Mapper3d::kVinsGlobal,
+                                Mapper3d::kOkvis, Mapper3d::kOv2slam, Mapper3d::kOpenLidarMap}) {
+    EXPECT_LT(KeptShare<SE3>(mapper), kCondensed) << MapperName(mapper);
+  }
+}
+
+TEST(ProblemSolver, CondensesNoOthers) {
+  // Losses on odometry; a lever arm in the cost, whose error is none of the conventions'.
+  EXPECT_EQ(KeptShare<SE2>(Mapper2d::kSlamToolbox), 1);
+  EXPECT_EQ(KeptShare<SE3>(Mapper3d::kFuse), 1);
+  EXPECT_GT(KeptShare<SE3>(Mapper3d::kCovins), 0.9);
 }
 
 TEST(ProblemSolver, RecognizesLayouts) {
