@@ -245,8 +245,12 @@ std::vector<BlockSource> KeptProblemOf<G>::Sources(const Residual& residual,
 template <typename G>
 Status KeptProblemOf<G>::AddToOptimizer(const std::vector<NodeId>& poses, Residual* residual) {
   const bool unary = poses.size() == 1;
-  const auto cost = std::make_shared<const AdaptedCost<G>>(
-      residual->cost, codec_, static_cast<int>(poses.size()), Sources(*residual, poses));
+  const std::vector<BlockSource> sources = Sources(*residual, poses);
+  // Values of held blocks may be rewritten: such a cost is read anew at every evaluation.
+  const bool reads_others = std::any_of(sources.begin(), sources.end(),
+                                        [](const BlockSource& source) { return source.pose < 0; });
+  const auto cost = std::make_shared<const AdaptedCost<G>>(residual->cost, codec_,
+                                                           static_cast<int>(poses.size()), sources);
   std::shared_ptr<const ceres::LossFunction> loss;
   if (residual->loss != nullptr) loss.reset(residual->loss, [](const ceres::LossFunction*) {});
   const G X_j = *optimizer_.GetPose(poses.back());
@@ -259,7 +263,7 @@ Status KeptProblemOf<G>::AddToOptimizer(const std::vector<NodeId>& poses, Residu
     return Take(optimizer_.AddCustomPrior(poses[0], cost, measurement, information, loss),
                 residual);
   }
-  if (least.has_value() && ceres_costs::CommonMotionProblem<G>(*cost, T).empty()) {
+  if (least.has_value() && !reads_others && ceres_costs::CommonMotionProblem<G>(*cost, T).empty()) {
     NoteConventions(*cost, *least);
     const auto term = AsTerm(*cost, *least, optimizer_.options().convention);
     if (term.has_value()) {
@@ -282,8 +286,7 @@ Status KeptProblemOf<G>::Take(const Result<EdgeId>& edge, Residual* residual) {
 // The first ones tell what the others are like.
 template <typename G>
 void KeptProblemOf<G>::NoteConventions(const ceres::CostFunction& cost, const LeastCost<G>& least) {
-  constexpr int kEnough = 8;
-  if (sampled_ == kEnough) return;
+  if (HasSampled()) return;
   ++sampled_;
   for (const ErrorConvention convention : kConventions) {
     matches_[static_cast<int>(convention)] += AsTerm(cost, least, convention).has_value();

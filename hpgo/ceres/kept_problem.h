@@ -31,8 +31,10 @@ class KeptProblem {
   virtual UpdateReport Update(const UpdateLimits& limits) = 0;
   virtual UpdateReport Refine(const UpdateLimits& limits) = 0;
   virtual const PoseLayout& layout() const = 0;
-  // The one in which most of the costs are terms that chains can hold; the options' own on ties.
+  // The one in which most of the first costs are terms that chains can hold, the options' own on
+  // ties; and whether there were enough of them to tell.
   virtual ceres_costs::ErrorConvention BestConvention() const = 0;
+  virtual bool HasSampled() const = 0;
   virtual double Cost() const = 0;
   virtual Result<std::int64_t> GroupOf(const double* block, int level) const = 0;
 };
@@ -50,6 +52,7 @@ class KeptProblemOf final : public KeptProblem {
   UpdateReport Refine(const UpdateLimits& limits) override;
   const PoseLayout& layout() const override { return codec_.layout(); }
   ceres_costs::ErrorConvention BestConvention() const override;
+  bool HasSampled() const override { return sampled_ >= kEnoughSamples; }
   double Cost() const override { return optimizer_.Cost(); }
 
   Result<std::int64_t> GroupOf(const double* block, int level) const override;
@@ -103,6 +106,7 @@ class KeptProblemOf final : public KeptProblem {
   std::unordered_map<const double*, Place> places_;
   std::unordered_map<ceres::ResidualBlockId, Residual> residuals_;
   std::uint64_t looks_ = 0;
+  static constexpr int kEnoughSamples = 8;
   // How many of the first costs are terms, by convention.
   int sampled_ = 0, matches_[3] = {};
 };

@@ -68,6 +68,7 @@ class ProblemSolver::Impl {
     added_.clear();
     waiting_.clear();
     changed_.clear();
+    ChooseConvention();
   }
 
   // Waits until now: a pose's manifolds are often set, and its blocks held, one by one after its
@@ -94,11 +95,19 @@ class ProblemSolver::Impl {
       return;
     }
     why_not_kept_.clear();
+    has_convention_ = false;
     Keep(options_.optimizer, layout);
-    if (kept_ == nullptr) return;
+  }
+
+  // Once enough costs have been seen to tell theirs.
+  void ChooseConvention() {
+    if (kept_ == nullptr || has_convention_ || !kept_->HasSampled()) return;
+    has_convention_ = true;
     OptimizerOptions options = options_.optimizer;
     options.convention = kept_->BestConvention();
-    if (options.convention != options_.optimizer.convention) Keep(options, layout);
+    if (options.convention != options_.optimizer.convention) {
+      Keep(options, PoseLayout(kept_->layout()));
+    }
   }
 
   void Keep(const OptimizerOptions& options, const PoseLayout& layout) {
@@ -136,6 +145,7 @@ class ProblemSolver::Impl {
   ceres::Problem& problem_;
   const ProblemSolverOptions options_;
   std::unique_ptr<KeptProblem> kept_;
+  bool has_convention_ = false;  // of what is kept: once chosen it stays
   std::string why_not_kept_ = "not looked at yet";
   // Changes through the calls that no update has taken in.
   std::vector<ceres::ResidualBlockId> added_;

@@ -22,7 +22,7 @@ struct ProblemSolverOptions {
   PoseLayout layout;
   // Whether Update looks at the whole problem for what was added, removed, held, freed or moved
   // without a word: O(N), some microseconds a residual. False: all changes go through the calls
-  // below, and Update costs what they cost.
+  // below, and Update costs what they cost; a cost must then not change its values in place.
   bool watch = true;
 };
 

@@ -109,6 +109,7 @@ void CondensedGraph<G>::LinearizeChainsAt(const std::vector<G>& poses) {
     });
     SetTerm(&chain, poses[chain.node[0]].Between(poses[chain.node[1]]));
   }
+  BindUnfit();
 }
 
 // The level edge of a chain between kept nodes, or of its only edge.

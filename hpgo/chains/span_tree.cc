@@ -435,7 +435,13 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
     for (int k = 0; k < 2; ++k) LinearizeAt(span.items[k], Y);
     return;
   }
-  for (int k = 0; k < span.count; ++k) edges_[span.items[k]].Y = Y(edges_[span.items[k]]);
+  for (int k = 0; k < span.count; ++k) {
+    ChainEdge<G>& edge = edges_[span.items[k]];
+    edge.Y = Y(edge);
+    if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
+      unfit_.push_back(edge.edge);
+    }
+  }
 }
 
 template <typename G>

@@ -13,12 +13,12 @@ bool Window<G>::Build(int l, const std::vector<Index>& seeds, const WindowLimits
   stamp_ = hierarchy->NewStamp();
   nodes_.clear();
   Collect(seeds, limits);
-  AddFactors(beyond);
+  AddFactors(beyond, true);
   return subproblem_.num_free > 0;
 }
 
 template <typename G>
-bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy) {
+bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy, bool refresh_chains) {
   hierarchy_ = hierarchy;
   level_ = l;
   stamp_ = hierarchy->NewStamp();
@@ -31,7 +31,7 @@ bool Window<G>::BuildWhole(int l, Hierarchy<G>* hierarchy) {
     node.scratch = static_cast<Index>(nodes_.size());
     nodes_.push_back(n);
   }
-  AddFactors(Beyond::kHeld);
+  AddFactors(Beyond::kHeld, refresh_chains);
   return subproblem_.num_free > 0;
 }
 
@@ -77,7 +77,7 @@ void Window<G>::Collect(const std::vector<Index>& seeds, const WindowLimits& lim
 }
 
 template <typename G>
-void Window<G>::AddFactors(Beyond beyond) {
+void Window<G>::AddFactors(Beyond beyond, bool refresh_chains) {
   Level<G>& level = hierarchy_->mutable_level(level_);
   edges_.clear();
   frames_.clear();
@@ -118,7 +118,7 @@ void Window<G>::AddFactors(Beyond beyond) {
         node.parent == kNone ? node.pose : FrameOf(level_ + 1, node.parent) * node.pose);
   }
   before_ = subproblem_.poses;
-  RefreshChains();
+  if (refresh_chains) RefreshChains();
 }
 
 // Chains that have been bent since they were linearized; their factors point to the new terms.

@@ -28,7 +28,7 @@ class Window {
   bool Build(int l, const std::vector<Index>& seeds, const WindowLimits& limits,
              Hierarchy<G>* hierarchy, Beyond beyond = Beyond::kHeld);
   // The whole level.
-  bool BuildWhole(int l, Hierarchy<G>* hierarchy);
+  bool BuildWhole(int l, Hierarchy<G>* hierarchy, bool refresh_chains = true);
 
   Subproblem<G>& subproblem() { return subproblem_; }
   int level() const { return level_; }
@@ -60,7 +60,7 @@ class Window {
  private:
   void Collect(const std::vector<Index>& seeds, const WindowLimits& limits);
   bool TryAdd(Index node, int max_edges);
-  void AddFactors(Beyond beyond);
+  void AddFactors(Beyond beyond, bool refresh_chains);
   void HoldGauge();
   const G& FrameOf(int l, Index node);
   G Relative(std::size_t k, const std::vector<G>& poses) const {

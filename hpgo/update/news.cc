@@ -54,14 +54,26 @@ News FindNews(const CondensedGraph<G>& graph, const Changes& changes) {
 }
 
 template <typename G>
-bool IsFarOff(const News& news, const Hierarchy<G>& hierarchy) {
-  return std::any_of(news.edges.begin(), news.edges.end(), [&](Index e) {
+bool IsFarOff(const std::vector<Index>& edges, const Hierarchy<G>& hierarchy) {
+  return std::any_of(edges.begin(), edges.end(), [&](Index e) {
     const LevelEdge& edge = hierarchy.level(0).edges[e];
-    const auto factor = hierarchy.FactorOf(0, e);
-    return edge.node[0] != kNone && factor.term != nullptr &&
-           IsTwisted(factor.term->measurement,
-                     hierarchy.RelativePose(0, edge.node[0], edge.node[1]));
+    if (edge.node[0] == kNone) return false;
+    const ceres_costs::RelativePoseTerm<G>& term = *hierarchy.FactorOf(0, e).term;
+    const bool measures_rotation =
+        term.information.Dense().diagonal().template tail<G::kRotationDof>().maxCoeff() > 0;
+    return measures_rotation &&
+           IsTwisted(term.measurement, hierarchy.RelativePose(0, edge.node[0], edge.node[1]));
   });
+}
+
+template <typename G>
+std::vector<Index> PendingEdges(const StressThresholds& thresholds, const Hierarchy<G>& hierarchy) {
+  const Level<G>& level = hierarchy.level(0);
+  std::vector<Index> pending;
+  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
+    if (level.edges[e].alive && level.edges[e].pending > thresholds.pending) pending.push_back(e);
+  }
+  return pending;
 }
 
 template <typename G>
@@ -112,7 +124,8 @@ void QueueRefreshed(const StressThresholds& thresholds, Hierarchy<G>* hierarchy)
 
 #define HPGO_INSTANTIATE(G)                                                                 \
   template News FindNews(const CondensedGraph<G>&, const Changes&);                         \
-  template bool IsFarOff(const News&, const Hierarchy<G>&);                                 \
+  template bool IsFarOff(const std::vector<Index>&, const Hierarchy<G>&);                   \
+  template std::vector<Index> PendingEdges(const StressThresholds&, const Hierarchy<G>&);   \
   template Index QueueNews(const News&, const std::vector<Index>&, const StressThresholds&, \
                            CondensedGraph<G>*);                                             \
   template void QueueAll(const StressThresholds&, Hierarchy<G>*);                           \

@@ -33,9 +33,14 @@ struct News {
 template <typename G>
 News FindNews(const CondensedGraph<G>& graph, const Changes& changes);
 
-// Whether a new edge is turned against its measurement by more than a linearization can reach.
+// Whether one of these edges of level 0 is turned against its measurement by more than a
+// linearization can reach.
 template <typename G>
-bool IsFarOff(const News& news, const Hierarchy<G>& hierarchy);
+bool IsFarOff(const std::vector<Index>& edges, const Hierarchy<G>& hierarchy);
+
+// The edges of level 0 that are up for examination.
+template <typename G>
+std::vector<Index> PendingEdges(const StressThresholds& thresholds, const Hierarchy<G>& hierarchy);
 
 // Puts it, and what is disturbed, up for examination. Returns an edge of level 0 whose cost cannot
 // be evaluated at the estimate, kNone if there is none: it is left out.

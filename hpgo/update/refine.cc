@@ -46,7 +46,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (!sum.at_rest && solved_at_depth_ > kMostPasses * pass && !budget.IsStopped()) {
       // Windows that undo each other's work, or that are small beside what they belong to.
       const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
-      if (full.converged) solved_at_depth_ = 0;
+      if (full.converged || !budget.IsStopped()) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);
       sum.at_rest = full.report.status.ok() && (full.converged || !budget.IsStopped());
       break;

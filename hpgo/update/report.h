@@ -12,7 +12,8 @@ struct UpdateLimits {
   // Seconds of wall time. If positive, it replaces max_windows, max_merges and max_examined: work
   // goes on until the time is up or nothing is stressed. It is checked between windows, and between
   // the iterations of a full solve; one window is solved at least. Taking in what is new is not cut
-  // short: O(new).
+  // short; where much comes at once and is far off, a solve of ten times as many edges is a part of
+  // it.
   double max_seconds = 0;
   // The same in CPU time of the calling thread: on busy cores the same work is done.
   double max_cpu_seconds = 0;

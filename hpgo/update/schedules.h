@@ -48,7 +48,7 @@ void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, int iteration
               UpdateReport* report);
 
 // The graph as its caller sees it, every chain opened: for poses that are far off, where chains
-// would have to bend by more than their models can say. O(nodes).
+// would have to bend by more than their models can say. A sparse solve of all nodes.
 template <typename G>
 void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max_seconds,
                  UpdateReport* report);

@@ -72,7 +72,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     }
     const UpdateTools<G> tools = {options_, graph_, step_, sizes_, sweep_};
     const UpdatePlan plan = {budget, thresholds, news};
-    if (IsToBeOpened(mode, changes, news)) {
+    if (IsToBeOpened(mode, changes, plan)) {
       // Of an update it is a part of taking in what is new, which no limit of time cuts short.
       SolveOpened(tools, plan, mode == Mode::kFull ? budget.SecondsLeft() : kInfinity, &report);
     }
@@ -99,11 +99,12 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
 
 // Of much that is far off, bent chains, windows and rigid groups make knots.
 template <typename G>
-bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const News& news) const {
+bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const {
   if (options_.schedule != Schedule::kStress || mode == Mode::kTop) return false;
-  const bool is_affordable =
-      mode == Mode::kFull || graph_.num_edges() < kOpenedPerNew * changes.num_edges;
-  return is_affordable && IsFarOff(news, graph_.hierarchy());
+  const Hierarchy<G>& hierarchy = graph_.hierarchy();
+  if (mode == Mode::kFull) return IsFarOff(PendingEdges(plan.thresholds, hierarchy), hierarchy);
+  return graph_.num_edges() < kOpenedPerNew * changes.num_edges &&
+         IsFarOff(plan.news.edges, hierarchy);
 }
 
 // Puts new nodes and edges in place, and holds what must be held.
@@ -128,6 +129,16 @@ StressThresholds Updater<G>::Thresholds(double depth) const {
   return thresholds;
 }
 
+// Whether there is time for a solve of the whole graph. Not known before a window has been timed.
+template <typename G>
+bool Updater<G>::FitsWhole(const Changes& changes, const Budget& budget) const {
+  if (budget.SecondsLeft() == kInfinity) return true;
+  const Level<G>& level = graph_.hierarchy().level(0);
+  const double seconds = sizes_.SecondsOf(
+      sizes_.Worth(level.num_nodes + changes.num_nodes, level.num_edges + changes.num_edges), 0);
+  return seconds > 0 && kIterationsToFit * seconds < budget.SecondsLeft();
+}
+
 template <typename G>
 UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& limits,
                                   Gauge<G>* gauge) {
@@ -140,20 +151,27 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   }
   const Budget budget(limits);
   const G newest_before = PoseOf(changes.newest);
-  const Level<G>& level = graph_.hierarchy().level(0);
-  const double worth =
-      sizes_.Worth(level.num_nodes + changes.num_nodes, level.num_edges + changes.num_edges);
-  if (kIterationsToFit * sizes_.SecondsOf(worth, 0) < budget.SecondsLeft()) {
-    SetDepth(1);
-    const Step full = Run(changes, Mode::kFull, budget, depth_, gauge);
-    Accumulate(full.report, &sum);
-    sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
-  } else {
-    sum = Update(changes, Mode::kPartial, limits, gauge);
-    if (sum.status.ok() && !budget.IsStopped()) {
-      Accumulate(Refine(Changes::None(changes.newest), budget.Rest(), gauge), &sum);
+  Changes left = changes;
+  if (!FitsWhole(changes, budget)) {
+    sum = Update(left, Mode::kPartial, limits, gauge);
+    left = Changes::None(changes.newest);
+  }
+  if (sum.status.ok() && !budget.IsStopped()) {
+    if (FitsWhole(left, budget)) {
+      SetDepth(1);
+      const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
+      Accumulate(full.report, &sum);
+      sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
+      if (!full.report.status.ok()) {  // the rest is done
+        Accumulate(Update(Changes::None(changes.newest), Mode::kPartial, budget.Rest(), gauge),
+                   &sum);
+        sum.status = full.report.status;
+        sum.at_rest = false;
+      }
+    } else {
+      Accumulate(Refine(left, budget.Rest(), gauge), &sum);
+      sum.at_rest = false;
     }
-    sum.at_rest = false;
   }
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.seconds = budget.SecondsSpent();

@@ -36,7 +36,8 @@ class Updater {
   };
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
-  bool IsToBeOpened(Mode mode, const Changes& changes, const News& news) const;
+  bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
+  bool FitsWhole(const Changes& changes, const Budget& budget) const;
   void SetDepth(double depth) {
     depth_ = depth;
     solved_at_depth_ = 0;

@@ -4,7 +4,9 @@
 
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/update/constants.h"
+#include "hpgo/update/motion.h"
 #include "hpgo/update/schedules.h"
+#include "hpgo/update/updater.h"
 
 namespace hpgo {
 namespace {
@@ -47,6 +49,14 @@ class OpenedGraph {
   }
 
   Subproblem<G>* problem() { return &problem_; }
+  // Before Poses.
+  Motion LargestMoved() const {
+    Motion largest;
+    for (int k = 0; k < problem_.num_free; ++k) {
+      largest = Larger(largest, MotionBetween(poses_[nodes_[k]], problem_.poses[k]));
+    }
+    return largest;
+  }
   // T_world_node by node of the graph, where the problem has put them.
   const std::vector<G>& Poses() {
     for (std::size_t k = 0; k < nodes_.size(); ++k) poses_[nodes_[k]] = problem_.poses[k];
@@ -73,20 +83,25 @@ void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max
   options.cancel = plan.budget.cancel();
   const SubproblemSummary summary =
       MakeSolver<G>(tools.options.engine)->Solve(options, opened.problem());
-  ++report->windows;
   // What cannot be solved is told by the solves of the levels, which name the edge.
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
-  Window<G>& window = tools.step.window();
-  if (!usable || !(summary.final_cost < summary.initial_cost) ||
-      !window.BuildWhole(0, &graph.hierarchy())) {
-    return;
-  }
+  if (!usable || !(summary.final_cost < summary.initial_cost)) return;
+  ++report->windows;
+  StepResult step;
+  step.solved_nodes = opened.problem()->num_free;
+  step.largest_moved = opened.LargestMoved();
   const std::vector<G>& poses = opened.Poses();
-  for (int k = 0; k < window.num_free(); ++k) {
-    window.subproblem().poses[k] = poses[graph.NodeOfLevel(window.nodes()[k])];
-  }
   graph.LinearizeChainsAt(poses);
-  Note(tools.step.Take(summary, plan.thresholds), report);
+  Window<G>& window = tools.step.window();
+  if (window.BuildWhole(0, &graph.hierarchy(), false)) {
+    for (int k = 0; k < window.num_free(); ++k) {
+      window.subproblem().poses[k] = poses[graph.NodeOfLevel(window.nodes()[k])];
+    }
+    // Where it had to end before the optimum every edge is worth another look.
+    tools.step.Take(summary.converged ? 0 : 2 * plan.thresholds.pending, plan.thresholds);
+  }
+  step.decrease = summary.initial_cost - CostOf(&graph);
+  Note(step, report);
 }
 
 template <typename G>

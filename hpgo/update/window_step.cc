@@ -65,16 +65,10 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
 }
 
 template <typename G>
-StepResult WindowStep<G>::Take(const SubproblemSummary& summary,
-                               const StressThresholds& thresholds) {
-  StepResult result;
-  result.solved_nodes = window_.num_free();
-  result.decrease = summary.initial_cost - summary.final_cost;
+void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds) {
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
-  result.largest_moved = LargestMoved();
-  RecordChanges(0, thresholds);
-  return result;
+  RecordChanges(left_behind, thresholds);
 }
 
 // Chains bend on the way. False where the cost rises with them linearized where the step ends; the

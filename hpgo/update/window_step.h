@@ -43,8 +43,8 @@ class WindowStep {
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
                    const Budget& budget);
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
-  // on what has changed.
-  StepResult Take(const SubproblemSummary& summary, const StressThresholds& thresholds);
+  // on what has changed; `left_behind` as in RecordChanges.
+  void Take(double left_behind, const StressThresholds& thresholds);
   // Why nothing can be solved that holds this edge.
   Status NotFinite(Index level_edge) const;
 

@@ -68,5 +68,84 @@ TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   EXPECT_LE(optimizer.Cost(), 1.000001 * OptimumOf(graph, InitMethod::kOdometry));
 }
 
+// With all that a graph may have beside chains: a fixed node, a prior with a lever arm, a second
+// component, losses, a removed edge.
+template <typename G>
+class FarOffGroupTest : public testing::Test {};
+using Groups = testing::Types<SE2, SE3, YawPose>;
+TYPED_TEST_SUITE(FarOffGroupTest, Groups);
+
+template <typename G>
+double LowestFrom(const Optimizer<G>& optimizer) {
+  PoseGraph<G> graph = optimizer.ToGraph();
+  FullSolveOptions options;
+  options.init = InitMethod::kFile;
+  EXPECT_TRUE(SolveFull(options, &graph).status.ok());
+  Optimizer<G> there;
+  EXPECT_TRUE(there.AddGraph(graph).ok());
+  return there.Cost();
+}
+
+TYPED_TEST(FarOffGroupTest, TellsTheTruthOfAnyGraph) {
+  using G = TypeParam;
+  constexpr int kLoop = 300;
+  for (const Engine engine : {Engine::kBlock, Engine::kCeres}) {
+    SCOPED_TRACE(engine == Engine::kBlock ? "block" : "ceres");
+    OptimizerOptions options;
+    options.engine = engine;
+    Optimizer<G> optimizer(options);
+    const typename G::Matrix information = 100 * G::Matrix::Identity();
+    typename G::Tangent step = G::Tangent::Zero();
+    step(0) = 1;
+    step(G::kDof - 1) = 2 * EIGEN_PI / kLoop;
+    const G straight = G::Exp(step);
+    // Two loops; the robot believes it turns half as fast again.
+    typename G::Tangent bent = step;
+    bent(G::kDof - 1) *= 1.5;
+    for (int loop = 0; loop < 2; ++loop) {
+      const int first = loop * 1000;
+      G pose;
+      for (int k = 0; k < kLoop; ++k) {
+        ASSERT_TRUE(optimizer.AddNode(first + k, pose).ok());
+        pose = pose * G::Exp(bent);
+        if (k > 0) {
+          ASSERT_TRUE(optimizer.AddEdge(first + k - 1, first + k, straight, information).ok());
+        }
+      }
+      ASSERT_TRUE(optimizer.AddEdge(first + kLoop - 1, first, straight, information).ok());
+      const auto across =
+          optimizer.AddEdge(first + 20, first + 200, G(), typename G::Matrix(information));
+      ASSERT_TRUE(across.ok());
+      ASSERT_TRUE(optimizer.RemoveEdge(*across).ok());
+    }
+    ASSERT_TRUE(optimizer.SetFixed(0, true).ok());
+    ASSERT_TRUE(optimizer.AddPrior(1000, straight, information, straight).ok());
+    const double before = optimizer.Cost();
+    const UpdateReport report = optimizer.Update();
+    ASSERT_TRUE(report.status.ok()) << report.status.ToString();
+    EXPECT_NEAR(report.cost_decrease, before - optimizer.Cost(), 1e-5 * before);
+    EXPECT_EQ(optimizer.FindInconsistency(), "");
+    EXPECT_TRUE(optimizer.Refine().at_rest);
+    if (engine == Engine::kBlock) {  // Ceres crosses no half turn
+      EXPECT_LE(optimizer.Cost(), LowestFrom(optimizer) * (1 + 1e-6) + 1e-9);
+    }
+    const G fixed = *optimizer.GetPose(0);
+    EXPECT_EQ(fixed.LocalCoordinates(G()).norm(), 0);
+  }
+}
+
+TEST(FarOffTest, ConvergeKeepsAShortLimitAndGetsThereAllTheSame) {
+  const PoseGraph<SE3> graph = DriftingCity();
+  Optimizer<SE3> optimizer;
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, &optimizer).ok());
+  }
+  UpdateLimits limits;
+  limits.max_seconds = 0.01;
+  const double before = optimizer.Cost();
+  ASSERT_TRUE(optimizer.Converge(limits).status.ok());
+  EXPECT_LT(optimizer.Cost(), before);
+}
+
 }  // namespace
 }  // namespace hpgo
