@@ -151,27 +151,25 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   }
   const Budget budget(limits);
   const G newest_before = PoseOf(changes.newest);
-  Changes left = changes;
-  if (!FitsWhole(changes, budget)) {
-    sum = Update(left, Mode::kPartial, limits, gauge);
-    left = Changes::None(changes.newest);
-  }
-  if (sum.status.ok() && !budget.IsStopped()) {
-    if (FitsWhole(left, budget)) {
-      SetDepth(1);
-      const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
-      Accumulate(full.report, &sum);
-      sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
-      if (!full.report.status.ok()) {  // the rest is done
-        Accumulate(Update(Changes::None(changes.newest), Mode::kPartial, budget.Rest(), gauge),
-                   &sum);
-        sum.status = full.report.status;
-        sum.at_rest = false;
-      }
-    } else {
-      Accumulate(Refine(left, budget.Rest(), gauge), &sum);
+  const Changes none = Changes::None(changes.newest);
+  // Changes are taken in whatever the budget says.
+  const bool at_once = FitsWhole(changes, budget);
+  if (!at_once) sum = Update(changes, Mode::kPartial, limits, gauge);
+  sum.at_rest = false;  // that of an update is no optimum
+  const bool goes_on = sum.status.ok() && !budget.IsStopped();
+  if (at_once || (goes_on && FitsWhole(none, budget))) {
+    const Changes& left = at_once ? changes : none;
+    SetDepth(1);
+    const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
+    Accumulate(full.report, &sum);
+    sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
+    if (!full.report.status.ok()) {  // the rest is done
+      Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);
+      sum.status = full.report.status;
       sum.at_rest = false;
     }
+  } else if (goes_on) {
+    Accumulate(Refine(none, budget.Rest(), gauge), &sum);
   }
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.seconds = budget.SecondsSpent();

@@ -2,6 +2,7 @@
 // more than a linearization reaches. Chains that would have to bend that far, windows and rigid
 // groups make knots of them.
 
+#include <atomic>
 #include <string>
 
 #include "gtest/gtest.h"
@@ -145,6 +146,26 @@ TEST(FarOffTest, ConvergeKeepsAShortLimitAndGetsThereAllTheSame) {
   const double before = optimizer.Cost();
   ASSERT_TRUE(optimizer.Converge(limits).status.ok());
   EXPECT_LT(optimizer.Cost(), before);
+}
+
+TEST(FarOffTest, ACancelledConvergeLosesNothing) {
+  Optimizer<SE2> optimizer;
+  const SE2::Matrix information = 100 * SE2::Matrix::Identity();
+  for (int k = 0; k < 30; ++k) {
+    ASSERT_TRUE(optimizer.AddNode(k, SE2(k, 0.1 * k * k, 0)).ok());
+    if (k > 0) {
+      ASSERT_TRUE(optimizer.AddEdge(k - 1, k, SE2(1, 0, 0.2), information).ok());
+    }
+  }
+  ASSERT_TRUE(optimizer.AddEdge(29, 0, SE2(1, 0, 0.3), information).ok());
+  const std::atomic<bool> cancel{true};
+  UpdateLimits limits;
+  limits.cancel = &cancel;
+  EXPECT_FALSE(optimizer.Converge(limits).at_rest);
+  for (int k = 0; k < 20 && !optimizer.Update().at_rest; ++k) continue;
+  const double rested = optimizer.Cost();
+  EXPECT_TRUE(optimizer.Converge().at_rest);
+  EXPECT_LE(rested, optimizer.Cost() * 1.01);
 }
 
 }  // namespace
