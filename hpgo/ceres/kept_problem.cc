@@ -255,24 +255,22 @@ Status KeptProblemOf<G>::AddToOptimizer(const std::vector<NodeId>& poses, Residu
   if (residual->loss != nullptr) loss.reset(residual->loss, [](const ceres::LossFunction*) {});
   const G X_j = *optimizer_.GetPose(poses.back());
   const G T = unary ? X_j : optimizer_.GetPose(poses[0])->Between(X_j);
-  const std::optional<LeastCost<G>> least = FindLeastCost<G>(*cost, unary, T);
-  const G measurement = least.has_value() ? least->T : G();
-  typename G::Matrix information = G::Matrix::Zero();
-  if (least.has_value()) information = least->information;
+  const std::optional<LeastCost<G>> found = FindLeastCost<G>(*cost, unary, T);
+  const LeastCost<G> least = found.value_or(LeastCost<G>());
   if (unary) {
-    return Take(optimizer_.AddCustomPrior(poses[0], cost, measurement, information, loss),
+    return Take(optimizer_.AddCustomPrior(poses[0], cost, least.T, least.information, loss),
                 residual);
   }
-  if (least.has_value() && !reads_others && ceres_costs::CommonMotionProblem<G>(*cost, T).empty()) {
-    NoteConventions(*cost, *least);
-    const auto term = AsTerm(*cost, *least, optimizer_.options().convention);
+  if (found.has_value() && !reads_others && ceres_costs::CommonMotionProblem<G>(*cost, T).empty()) {
+    NoteConventions(*cost, least);
+    const auto term = AsTerm(*cost, least, optimizer_.options().convention);
     if (term.has_value()) {
       const Result<EdgeId> edge = optimizer_.AddEdge(poses[0], poses[1], term->measurement,
                                                      term->information.Dense(), loss);
       if (edge.ok()) return Take(edge, residual);
     }
   }
-  return Take(optimizer_.AddCustomEdge(poses[0], poses[1], cost, measurement, information, loss),
+  return Take(optimizer_.AddCustomEdge(poses[0], poses[1], cost, least.T, least.information, loss),
               residual);
 }
 

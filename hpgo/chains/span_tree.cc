@@ -20,6 +20,17 @@ ceres_costs::PackedSymmetric<G::kDof> Covariance(const ceres_costs::RelativePose
       term.information.Dense().ldlt().solve(G::Matrix::Identity()).eval());
 }
 
+// T_i_j of the measurement where the edge is linearized.
+template <typename G>
+G RelativePose(const ChainEdge<G>& edge) {
+  return edge.reversed ? edge.Y.Inverse() : edge.Y;
+}
+
+template <typename G>
+bool TurnsTooFar(const ChainEdge<G>& edge) {
+  return IsTwisted(edge.term.measurement, RelativePose(edge));
+}
+
 }  // namespace
 
 template <typename G>
@@ -332,7 +343,7 @@ double SpanTree<G>::CostOf(const ChainEdge<G>& edge) const {
   ceres_costs::FactorTerm<G> factor;
   factor.term = &edge.term;
   factor.convention = convention_;
-  return FactorCost(factor, false, edge.reversed ? edge.Y.Inverse() : edge.Y);
+  return FactorCost(factor, false, RelativePose(edge));
 }
 
 // `tolerance` below zero: whatever the model may miss.
@@ -403,9 +414,7 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     }
     for (const auto& [e, Y] : settled.before) {
       const ChainEdge<G>& edge = edges_[e];
-      if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
-        unfit_.push_back(edge.edge);
-      }
+      if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
     }
     part = 1;
     arrived = step.arrives;
@@ -438,9 +447,7 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
   for (int k = 0; k < span.count; ++k) {
     ChainEdge<G>& edge = edges_[span.items[k]];
     edge.Y = Y(edge);
-    if (IsTwisted(edge.term.measurement, edge.reversed ? edge.Y.Inverse() : edge.Y)) {
-      unfit_.push_back(edge.edge);
-    }
+    if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
   }
 }
 

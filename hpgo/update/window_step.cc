@@ -48,8 +48,6 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   if (!usable) result.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
   if (window_.RefreshChains() && !ChainsGain(&summary)) return result;
-  window_.Commit(hierarchy_);
-  QueueRefreshed(thresholds, hierarchy_);
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
@@ -60,7 +58,7 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   double left_behind = misses ? std::sqrt(missed / window_.edges().size()) : 0;
   // A damped step leaves stress behind; worth another look as long as it got somewhere.
   if (summary.damped && gains) left_behind = std::max<double>(left_behind, 2 * thresholds.pending);
-  RecordChanges(left_behind, thresholds);
+  Take(left_behind, thresholds);
   return result;
 }
 

@@ -128,6 +128,42 @@ TEST(ProblemSolver, CondensesNoOthers) {
   EXPECT_GT(KeptShare<SE3>(Mapper3d::kCovins), 0.9);
 }
 
+struct ByBlock {
+  template <typename T>
+  bool operator()(const T* a, const T* b, const T* z, T* r) const {
+    const T c = ceres::cos(a[2]), s = ceres::sin(a[2]), dx = b[0] - a[0], dy = b[1] - a[1];
+    r[0] = c * dx + s * dy - z[0];
+    r[1] = -s * dx + c * dy - z[1];
+    r[2] = ceres_costs::NormalizeAngle(T(b[2] - a[2] - z[2]));
+    return true;
+  }
+};
+
+// A measurement whose values are a held block: whoever rewrites it changes the objective.
+TEST(ProblemSolver, ReadsHeldBlocksAnew) {
+  for (const bool watch : {false, true}) {
+    std::vector<std::vector<double>> poses(4, std::vector<double>(3, 0));
+    // Of a size that no pose has.
+    std::vector<double> z = {1, 0, 0.1, 0};
+    ceres::Problem problem;
+    for (int k = 0; k < 3; ++k) {
+      problem.AddResidualBlock(new ceres::AutoDiffCostFunction<ByBlock, 3, 3, 3, 4>(new ByBlock),
+                               nullptr, poses[k].data(), poses[k + 1].data(), z.data());
+    }
+    problem.SetParameterBlockConstant(poses[0].data());
+    problem.SetParameterBlockConstant(z.data());
+    ProblemSolverOptions options;
+    options.watch = watch;
+    ProblemSolver solver(&problem, options);
+    EXPECT_TRUE(solver.Refine().status.ok());
+    ASSERT_EQ(solver.why_not_kept(), "");
+    EXPECT_NEAR(solver.Cost(), 0, 1e-9);
+    z[0] = 2;
+    EXPECT_NEAR(solver.Cost(), CostOf(&problem), 1e-9);
+    EXPECT_NEAR(solver.Cost(), 1.5, 1e-6);
+  }
+}
+
 TEST(ProblemSolver, RecognizesLayouts) {
   const auto layout_of = [](Mapper3d mapper) {
     const auto made = MakeMapperProblem(mapper, Graph<SE3>(40));

@@ -23,6 +23,12 @@ PoseGraph<SE3> DriftingCity() {
   return GenerateGraph<SE3>(generate)->graph;
 }
 
+void BringAll(const PoseGraph<SE3>& graph, Optimizer<SE3>* optimizer) {
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, optimizer).ok());
+  }
+}
+
 double OptimumOf(PoseGraph<SE3> graph, InitMethod init) {
   FullSolveOptions options;
   options.init = init;
@@ -55,9 +61,7 @@ TEST(FarOffTest, ThousandsOfNodesAtOnceAreTakenIn) {
 TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   const PoseGraph<SE3> graph = DriftingCity();
   Optimizer<SE3> optimizer;
-  for (const ReplayStep& step : ReplaySteps(graph)) {
-    ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, &optimizer).ok());
-  }
+  BringAll(graph, &optimizer);
   UpdateLimits limits;
   limits.max_seconds = 0.01;
   UpdateReport report;
@@ -138,9 +142,7 @@ TYPED_TEST(FarOffGroupTest, TellsTheTruthOfAnyGraph) {
 TEST(FarOffTest, ConvergeKeepsAShortLimitAndGetsThereAllTheSame) {
   const PoseGraph<SE3> graph = DriftingCity();
   Optimizer<SE3> optimizer;
-  for (const ReplayStep& step : ReplaySteps(graph)) {
-    ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, &optimizer).ok());
-  }
+  BringAll(graph, &optimizer);
   UpdateLimits limits;
   limits.max_seconds = 0.01;
   const double before = optimizer.Cost();
