@@ -9,6 +9,7 @@
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/replay.h"
 #include "hpgo/solve/full_solve.h"
+#include "hpgo/update/news.h"
 
 namespace hpgo {
 namespace {
@@ -148,6 +149,21 @@ TEST(FarOffTest, ConvergeKeepsAShortLimitAndGetsThereAllTheSame) {
   const double before = optimizer.Cost();
   ASSERT_TRUE(optimizer.Converge(limits).status.ok());
   EXPECT_LT(optimizer.Cost(), before);
+}
+
+// What measures no rotation is not turned against it.
+TEST(FarOffTest, PositionsAloneAreNotFarOff) {
+  for (const double rotation : {0., 100.}) {
+    Optimizer<SE2> optimizer;
+    ASSERT_TRUE(optimizer.AddNode(0, SE2()).ok());
+    ASSERT_TRUE(optimizer.AddNode(1, SE2(1, 0, 2)).ok());
+    ASSERT_TRUE(optimizer.SetFixed(0, true).ok());
+    ASSERT_TRUE(optimizer.SetFixed(1, true).ok());
+    const SE2::Matrix information = SE2::Tangent(100, 100, rotation).asDiagonal();
+    ASSERT_TRUE(optimizer.AddEdge(0, 1, SE2(1, 0, 0), information).ok());
+    ASSERT_TRUE(optimizer.Update().status.ok());
+    EXPECT_EQ(IsFarOff({0}, optimizer.hierarchy()), rotation > 0);
+  }
 }
 
 TEST(FarOffTest, ACancelledConvergeLosesNothing) {
