@@ -381,36 +381,56 @@ void SpanTree<G>::Undo(const Settled& settled) {
   }
 }
 
+// Near the middle.
+template <typename G>
+Index SpanTree<G>::MiddleEdge(Index root) const {
+  Index s = root;
+  if (spans_[s].height > 0) s = spans_[s].items[0];
+  while (spans_[s].height > 0) s = spans_[s].items[1];
+  return edges_[spans_[s].items[spans_[s].count - 1]].edge;
+}
+
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
-// and no model misses more than `tolerance`. On the way of the ends to T, a step that turns an edge
-// by more than a linearization can reach is made shorter; there, one that raises the cost is the
-// last and is taken back: bent far enough, such steps would go anywhere, and the middle of what
-// they bend is no part for a chain.
+// and no model misses more than `tolerance`. The ends go to T in steps within reach; one that turns
+// an edge further than a linearization can reach is made shorter. Where that does not help the
+// edges are knotted, and the way begins at their measurements instead. At T a step that raises the
+// cost is the last and is taken back: bent far enough, such steps would go anywhere, and the middle
+// of what they bend, or of what does not get to T, is no part for a chain.
 template <typename G>
 int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
-  constexpr double kShorter = 0.3;
+  constexpr double kShorter = 0.3, kShortest = 0.02;
   int edges = 0;
   double again = tolerance, part = 1;
-  bool arrived = false;
+  bool arrived = false, untied = false;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
     Settled settled;
     SettleSpan(root, step.T, again, &settled);
     if (settled.before.empty()) break;
     edges += static_cast<int>(settled.before.size());
-    const bool is_worse = arrived ? !(settled.gained >= 0) : !(settled.turn <= kReach);
-    if (is_worse) {
+    if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
-      if (!arrived) {
-        part *= kShorter;
-        continue;
-      }
       // More than the model may miss, and so more than rounding: it is out of reach here.
       if (tolerance > 0 && settled.gained < -tolerance * tolerance) {
         unfit_.push_back(edges_[settled.before[settled.before.size() / 2].first].edge);
       }
       break;
+    }
+    if (!arrived && !(settled.turn <= kReach)) {
+      Undo(settled);
+      if (untied) {
+        unfit_.push_back(MiddleEdge(root));
+        break;
+      }
+      part *= kShorter;
+      if (part < kShortest) {
+        Relax(root);
+        untied = true;
+        part = 1;
+        again = -1;
+      }
+      continue;
     }
     for (const auto& [e, Y] : settled.before) {
       const ChainEdge<G>& edge = edges_[e];

@@ -120,6 +120,32 @@ TYPED_TEST(SpanTest, TheOtherWayRoundItIsTheInverse) {
 
 // Bent and settled, its relative poses still lead from one end to the other, and their cost no
 // longer falls along any of them.
+// Linearized where a bad step had put it, all edges turned at random, no step from there is within
+// reach of a linearization: it would stay a knot for ever.
+TYPED_TEST(SpanTest, AKnotIsUntied) {
+  const Index root = this->Append(200, kNone);
+  const TypeParam T = this->tree_.Model(root).T;
+  this->tree_.LinearizeAt(
+      root, [&](const ChainEdge<TypeParam>&) { return RandomPose<TypeParam>(&this->rng_, 1, 1); });
+  this->tree_.Settle(root, T, 1e-3);
+  const SpanModel<TypeParam>& model = this->tree_.Model(root);
+  EXPECT_LT(ShiftAt(model, T).norm(), 1e-6);
+  EXPECT_LT(model.T.LocalCoordinates(T).norm(), 1e-6);
+}
+
+// Ends further apart than the chain is long, on both sides of a half turn: the edge in its middle
+// is no part for it.
+TYPED_TEST(SpanTest, WhatCannotGetThereIsCut) {
+  const Index root = this->Append(64, kNone);
+  (void)this->tree_.TakeUnfit();
+  typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
+  d(0) = 1e4;
+  const TypeParam far = TypeParam().Retract(d);
+  this->tree_.Settle(root, far, 1e-3);
+  EXPECT_FALSE(this->tree_.TakeUnfit().empty());
+  EXPECT_STREQ(this->tree_.Inconsistency(root), "");
+}
+
 TYPED_TEST(SpanTest, InteriorsAreAtTheirConditionalOptimum) {
   constexpr int D = TypeParam::kDof;
   const Index root = this->Append(60, kNone);
