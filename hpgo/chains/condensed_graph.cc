@@ -143,7 +143,7 @@ void CondensedGraph<G>::FinishChain(Index c) {
   EdgeData<G> data;
   data.condensed = true;
   data.term = TermOfSpan(spans_.Model(chain.root), T);
-  data.weight = ModularityWeight(data.term);
+  data.weight = ChainWeight(spans_.Model(chain.root));
   chain.level_edge = hierarchy_.AddEdge(a, b, data);
   NoteChi2(&chain);
   chain.is_new = false;

@@ -125,6 +125,16 @@ double MissedAt(const SpanModel<G>& model, const G& T) {
 }
 
 template <typename G>
+double ChainWeight(const SpanModel<G>& model) {
+  // Below 1 / chi2, the weight of an edge (ModularityWeight), whatever the unit of length.
+  constexpr double kAfterEdges = 1e-9;
+  constexpr double kLeastVariance = 1e-12;  // m^2, of what is all but exact
+  const typename G::Matrix covariance = model.covariance.Dense();
+  const double variance = covariance.template topLeftCorner<G::kDim, G::kDim>().trace();
+  return kAfterEdges / std::max(variance, kLeastVariance);
+}
+
+template <typename G>
 bool IsTwisted(const G& measurement, const G& T_i_j) {
   const typename G::Tangent d = measurement.LocalCoordinates(T_i_j);
   return d.template tail<G::kRotationDof>().norm() > kReach;
@@ -156,6 +166,7 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
   template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&);      \
   template double BendAt(const SpanModel<G>&, const G&);                                     \
   template double MissedAt(const SpanModel<G>&, const G&);                                   \
+  template double ChainWeight(const SpanModel<G>&);                                          \
   template bool IsTwisted(const G&, const G&);                                               \
   template StepWithinReach<G> TowardsWithinReach(const SpanModel<G>&, const G&, double);     \
   template RelativePoseTerm<G> TermOfSpan(const SpanModel<G>&, const G&);

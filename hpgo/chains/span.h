@@ -74,6 +74,12 @@ double BendAt(const SpanModel<G>& model, const G& T);
 template <typename G>
 double MissedAt(const SpanModel<G>& model, const G& T);
 
+// The weight of a chain where nodes are grouped: a group moves rigidly, and what is soft must not
+// be inside one. So chains come after all edges of the graph, the stiffest first: by the inverse of
+// the variance of their ends' positions, in 1 / m^2.
+template <typename G>
+double ChainWeight(const SpanModel<G>& model);
+
 // Whether an edge is turned against its measurement by more than a linearization can reach.
 template <typename G>
 bool IsTwisted(const G& measurement, const G& T_i_j);
