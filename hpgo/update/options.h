@@ -30,8 +30,8 @@ struct OptimizerOptions {
   // T: the top is solved as a whole, and gets a new level when it is larger: while there are no
   // more kept nodes than this, closures are exact. Larger: exact in larger maps, nearer the optimum
   // in those beyond, slower closures.
-  int max_top_nodes = 800;
-  int max_top_edges = 1500;  // so does one with more edges
+  int max_top_nodes = 400;
+  int max_top_edges = 1000;  // so does one with more edges
   CoarseEdges coarse_edges = CoarseEdges::kGalerkin;
   // Chains of nodes with two edges each are condensed exactly, and level 0 of the hierarchy is the
   // nodes between them; false: it is all nodes, as in the paper.
