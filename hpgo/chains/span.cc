@@ -126,7 +126,7 @@ double MissedAt(const SpanModel<G>& model, const G& T) {
 
 template <typename G>
 double ChainWeight(const SpanModel<G>& model) {
-  // Below 1 / chi2, the weight of an edge (ModularityWeight), whatever the unit of length.
+  // Below 1 / chi2, the weight of an edge (ModularityWeight), unless its noise is of 1 mm or less.
   constexpr double kAfterEdges = 1e-9;
   constexpr double kLeastVariance = 1e-12;  // m^2, of what is all but exact
   const typename G::Matrix covariance = model.covariance.Dense();
