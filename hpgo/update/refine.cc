@@ -35,6 +35,15 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   Changes left = changes;
   UpdateReport sum;
   do {
+    if (solved_at_depth_ > kMostPasses * graph_.hierarchy().level(0).num_nodes) {
+      // Windows that undo each other's work, or that are small beside what they belong to.
+      const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
+      const bool ended = full.converged || !budget.IsStopped();
+      if (ended) solved_at_depth_ = 0;
+      Accumulate(full.report, &sum);
+      sum.at_rest = full.report.status.ok() && ended;
+      break;
+    }
     const UpdateReport report =
         Run(left, Mode::kPartial, Budget(budget.Rest(), true), depth_, gauge).report;
     left = Changes::None(changes.newest);
@@ -42,16 +51,8 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (!report.status.ok()) break;
     solved_at_depth_ += report.solved_nodes;
     sum.at_rest = report.at_rest;
-    const double pass = graph_.hierarchy().level(0).num_nodes;
-    if (!sum.at_rest && solved_at_depth_ > kMostPasses * pass && !budget.IsStopped()) {
-      // Windows that undo each other's work, or that are small beside what they belong to.
-      const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
-      if (full.converged || !budget.IsStopped()) solved_at_depth_ = 0;
-      Accumulate(full.report, &sum);
-      sum.at_rest = full.report.status.ok() && (full.converged || !budget.IsStopped());
-      break;
-    }
     if (!sum.at_rest) continue;
+    solved_at_depth_ = 0;
     const double tau = Thresholds(depth_).tau;
     // Over all edges, those in chains among them: a sample's mean may be far above what is left.
     const double cost = CostOf(&graph_);
@@ -64,7 +65,6 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
     graph_.SettleAll();
     QueueAll(thresholds, &graph_.hierarchy());
-    solved_at_depth_ = 0;
     sum.at_rest = false;
   } while (!sum.at_rest && !budget.IsStopped());
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));

@@ -51,7 +51,7 @@ TEST(FarOffTest, ThousandsOfNodesAtOnceAreTakenIn) {
       UpdateReport report = converge ? optimizer.Converge() : optimizer.Update();
       ASSERT_TRUE(report.status.ok());
     }
-    EXPECT_LE(optimizer.Cost(), (converge ? 1.000001 : 1.03) * optimum);
+    EXPECT_LE(optimizer.Cost(), (converge ? 1.000001 : 1.02) * optimum);
     EXPECT_TRUE(optimizer.Refine().at_rest);
     EXPECT_LE(optimizer.Cost(), 1.000001 * optimum);
   }
@@ -66,7 +66,7 @@ TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   UpdateLimits limits;
   limits.max_seconds = 0.01;
   UpdateReport report;
-  for (int slice = 0; slice < 5000 && !report.at_rest; ++slice) {
+  for (int slice = 0; slice < 500 && !report.at_rest; ++slice) {
     report = optimizer.Refine(limits);
     ASSERT_TRUE(report.status.ok());
   }
@@ -183,7 +183,7 @@ TEST(FarOffTest, ACancelledConvergeLosesNothing) {
   for (int k = 0; k < 20 && !optimizer.Update().at_rest; ++k) continue;
   const double rested = optimizer.Cost();
   EXPECT_TRUE(optimizer.Converge().at_rest);
-  EXPECT_LE(rested, optimizer.Cost() * 1.1);
+  EXPECT_LE(rested, optimizer.Cost() * 1.03);
 }
 
 }  // namespace
