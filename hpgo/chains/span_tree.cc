@@ -381,15 +381,6 @@ void SpanTree<G>::Undo(const Settled& settled) {
   }
 }
 
-// Near the middle.
-template <typename G>
-Index SpanTree<G>::MiddleEdge(Index root) const {
-  Index s = root;
-  if (spans_[s].height > 0) s = spans_[s].items[0];
-  while (spans_[s].height > 0) s = spans_[s].items[1];
-  return edges_[spans_[s].items[spans_[s].count - 1]].edge;
-}
-
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
 // and no model misses more than `tolerance`. The ends go to T in steps within reach; one that turns
 // an edge further than a linearization can reach is made shorter. Where that does not help the
@@ -420,7 +411,8 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     if (!arrived && !(settled.turn <= kReach)) {
       Undo(settled);
       if (untied) {
-        unfit_.push_back(MiddleEdge(root));
+        const Span& span = spans_[root];
+        unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
         break;
       }
       part *= kShorter;
@@ -428,7 +420,6 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
         Relax(root);
         untied = true;
         part = 1;
-        again = -1;
       }
       continue;
     }

@@ -143,7 +143,6 @@ class SpanTree {
   };
   void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
   void Undo(const Settled& settled);
-  Index MiddleEdge(Index root) const;
   int SettleInTurns(Index root, const G& T, double tolerance, double still);
   double CostOf(const ChainEdge<G>& edge) const;
   Index Height(Index span) const { return spans_[span].height; }

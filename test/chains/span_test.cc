@@ -2,6 +2,7 @@
 
 #include "hpgo/chains/span_tree.h"
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -118,8 +119,6 @@ TYPED_TEST(SpanTest, TheOtherWayRoundItIsTheInverse) {
   EXPECT_LT(this->tree_.Model(reversed).T.LocalCoordinates(T.Inverse()).norm(), 1e-9);
 }
 
-// Bent and settled, its relative poses still lead from one end to the other, and their cost no
-// longer falls along any of them.
 // Linearized where a bad step had put it, all edges turned at random, no step from there is within
 // reach of a linearization: it would stay a knot for ever.
 TYPED_TEST(SpanTest, AKnotIsUntied) {
@@ -133,8 +132,17 @@ TYPED_TEST(SpanTest, AKnotIsUntied) {
   EXPECT_LT(model.T.LocalCoordinates(T).norm(), 1e-6);
 }
 
-// Ends further apart than the chain is long, on both sides of a half turn: the edge in its middle
-// is no part for it.
+TYPED_TEST(SpanTest, TheSofterTheLessItWeighs) {
+  SpanModel<TypeParam> model;
+  const double exact = ChainWeight(model);
+  EXPECT_TRUE(std::isfinite(exact));
+  model.covariance =
+      ceres_costs::PackedSymmetric<TypeParam::kDof>(TypeParam::Matrix::Identity().eval());
+  EXPECT_GT(ChainWeight(model), 0);
+  EXPECT_LT(ChainWeight(model), exact);
+}
+
+// To ends further apart than the chain is long no step is within reach.
 TYPED_TEST(SpanTest, WhatCannotGetThereIsCut) {
   const Index root = this->Append(64, kNone);
   (void)this->tree_.TakeUnfit();
@@ -146,6 +154,8 @@ TYPED_TEST(SpanTest, WhatCannotGetThereIsCut) {
   EXPECT_STREQ(this->tree_.Inconsistency(root), "");
 }
 
+// Bent and settled, its relative poses still lead from one end to the other, and their cost no
+// longer falls along any of them.
 TYPED_TEST(SpanTest, InteriorsAreAtTheirConditionalOptimum) {
   constexpr int D = TypeParam::kDof;
   const Index root = this->Append(60, kNone);

@@ -9,18 +9,23 @@
 namespace hpgo {
 namespace {
 
+PoseGraph<SE3> City(int nodes) {
+  GenerateOptions generate;
+  generate.world = World::kCity;
+  generate.nodes = nodes;
+  const Result<SyntheticGraph<SE3>> city = GenerateGraph<SE3>(generate);
+  EXPECT_TRUE(city.ok()) << city.status().ToString();
+  return city->graph;
+}
+
 // With steps on level 0 that were taken by what chains said where they were linearized, the pose of
 // node 12,000 went to 1e75 m here.
 TEST(CityTest, AFarOffClosureBendsChainsNoFurtherThanTheirEdgesReach) {
-  GenerateOptions generate;
-  generate.world = World::kCity;
-  generate.nodes = 30000;
-  const Result<SyntheticGraph<SE3>> city = GenerateGraph<SE3>(generate);
-  ASSERT_TRUE(city.ok()) << city.status().ToString();
+  const PoseGraph<SE3> city = City(30000);
   Optimizer3d optimizer;
   int closures = 0;
-  for (const ReplayStep& step : ReplaySteps(city->graph)) {
-    ASSERT_TRUE(ApplyStep<SE3>(city->graph, step, nullptr, &optimizer).ok());
+  for (const ReplayStep& step : ReplaySteps(city)) {
+    ASSERT_TRUE(ApplyStep<SE3>(city, step, nullptr, &optimizer).ok());
     const UpdateReport report = optimizer.Update();
     ASSERT_TRUE(report.status.ok()) << report.status.ToString();
     closures += step.closes_loop();
@@ -34,18 +39,14 @@ TEST(CityTest, AFarOffClosureBendsChainsNoFurtherThanTheirEdgesReach) {
 // for them: 8 % in the mean here, instead of 0.002 %, where chains weigh as much as edges of their
 // length.
 TEST(CityTest, GroupsAreOfWhatIsStiff) {
-  GenerateOptions generate;
-  generate.world = World::kCity;
-  generate.nodes = 4000;
-  const Result<SyntheticGraph<SE3>> city = GenerateGraph<SE3>(generate);
-  ASSERT_TRUE(city.ok()) << city.status().ToString();
+  const PoseGraph<SE3> city = City(4000);
   OptimizerOptions options;
   options.max_top_nodes = 40;
   Optimizer3d optimizer(options);
   double gaps = 0;
   int closures = 0;
-  for (const ReplayStep& step : ReplaySteps(city->graph)) {
-    ASSERT_TRUE(ApplyStep<SE3>(city->graph, step, nullptr, &optimizer).ok());
+  for (const ReplayStep& step : ReplaySteps(city)) {
+    ASSERT_TRUE(ApplyStep<SE3>(city, step, nullptr, &optimizer).ok());
     if (!step.closes_loop()) continue;
     ASSERT_TRUE(optimizer.Update().status.ok());
     ++closures;
