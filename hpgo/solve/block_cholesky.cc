@@ -4,189 +4,40 @@
 #include <cmath>
 
 #include "hpgo/solve/dense_kernels.h"
-#include "hpgo/solve/elimination_order.h"
 
 namespace hpgo {
 namespace {
 
-// Supernodes are merged while the blocks of zeros this adds stay below this share of the panel:
-// narrow ones lose more by their overhead than by a few zeros.
-double AllowedZeros(int width) { return width <= 4 ? 0.5 : width <= 16 ? 0.15 : 0.05; }
-
 constexpr double kMinPivotRatio = 1e-14;
 
-int RoundUp(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
-
 }  // namespace
-
-template <int kBlock>
-void BlockCholesky<kBlock>::Analyze(int n, const std::vector<std::pair<int, int>>& pairs) {
-  if (n != n_ || pairs != pairs_) {
-    n_ = n;
-    pairs_ = pairs;
-    Order(pairs);
-    FindSupernodes();
-    FindRows();
-    PlaceValues(pairs);
-  }
-  SetZero();
-}
 
 template <int kBlock>
 void BlockCholesky<kBlock>::SetZero() {
   std::fill(values_.begin(), values_.end(), 0.);
 }
 
+// The panel as it is before anything is subtracted.
 template <int kBlock>
-void BlockCholesky<kBlock>::Order(const std::vector<std::pair<int, int>>& pairs) {
-  EliminationOrder order = FindEliminationOrder(n_, pairs);
-  position_ = std::move(order.position);
-  parent_ = std::move(order.parent);
-
-  below_begin_.assign(n_ + 1, 0);
-  below_.resize(pairs.size());
-  for (const auto& [i, j] : pairs) ++below_begin_[std::min(position_[i], position_[j])];
-  int sum = 0;
-  for (int i = 0; i <= n_; ++i) sum += std::exchange(below_begin_[i], sum);
-  std::vector<int> fill(below_begin_.begin(), below_begin_.end() - 1);
-  for (const auto& [i, j] : pairs) {
-    const auto [low, high] = std::minmax(position_[i], position_[j]);
-    below_[fill[low]++] = high;
-  }
-}
-
-template <int kBlock>
-void BlockCholesky<kBlock>::FindSupernodes() {
-  // Column counts below the diagonal: each row's subtree of the elimination tree, by marking.
-  std::vector<int> count(n_, 0), mark(n_, -1);
-  std::vector<int> above_begin(n_ + 1, 0), above(below_.size());
-  for (const int row : below_) ++above_begin[row];
-  int sum = 0;
-  for (int i = 0; i <= n_; ++i) sum += std::exchange(above_begin[i], sum);
-  std::vector<int> fill(above_begin.begin(), above_begin.end() - 1);
-  for (int column = 0; column < n_; ++column) {
-    for (int e = below_begin_[column]; e < below_begin_[column + 1]; ++e) {
-      above[fill[below_[e]]++] = column;
-    }
-  }
-  for (int row = 0; row < n_; ++row) {
-    mark[row] = row;
-    for (int e = above_begin[row]; e < above_begin[row + 1]; ++e) {
-      for (int k = above[e]; mark[k] != row; k = parent_[k]) {
-        mark[k] = row;
-        ++count[k];
-      }
-    }
-  }
-  super_begin_.clear();
-  double zeros = 0;  // blocks of zeros stored in the supernode being built
-  for (int k = 0; k < n_; ++k) {
-    bool join = false;
-    if (k > 0 && parent_[k - 1] == k) {
-      // Joining makes every earlier column of the supernode as long as column k.
-      const int width = k - super_begin_.back();
-      const double extra = count[k] + 1 - count[k - 1];  // per column, never negative
-      const double added = zeros + extra * width;
-      const double total = 0.5 * (width + 1.) * (width + 2.) + (width + 1.) * count[k];
-      join = added <= AllowedZeros(width + 1) * total;
-      if (join) zeros = added;
-    }
-    if (!join) {
-      super_begin_.push_back(k);
-      zeros = 0;
-    }
-  }
-  super_begin_.push_back(n_);
-  super_of_.resize(n_);
-  for (int s = 0; s + 1 < static_cast<int>(super_begin_.size()); ++s) {
-    std::fill(super_of_.begin() + super_begin_[s], super_of_.begin() + super_begin_[s + 1], s);
-  }
-}
-
-template <int kBlock>
-void BlockCholesky<kBlock>::FindRows() {
-  const int num = static_cast<int>(super_begin_.size()) - 1;
-  rows_begin_.assign(1, 0);
-  rows_.clear();
-  panel_begin_.clear();
-  panel_ld_.clear();
-  factor_size_ = 0;
-  std::vector<int> mark(n_, -1), first(num, -1), sibling(num, -1);
-  for (int s = 0; s < num; ++s) {
-    const int end = super_begin_[s + 1];
-    for (int k = super_begin_[s]; k < end; ++k) {
-      rows_.push_back(k);
-      mark[k] = s;
-    }
-    const std::size_t own = rows_.size();
-    const auto add = [&](int row) {
-      if (row >= end && mark[row] != s) {
-        mark[row] = s;
-        rows_.push_back(row);
-      }
-    };
-    for (int e = below_begin_[super_begin_[s]]; e < below_begin_[end]; ++e) add(below_[e]);
-    for (int child = first[s]; child >= 0; child = sibling[child]) {
-      for (std::int64_t r = rows_begin_[child] + Width(child); r < rows_begin_[child + 1]; ++r) {
-        add(rows_[r]);
-      }
-    }
-    std::sort(rows_.begin() + static_cast<std::ptrdiff_t>(own), rows_.end());
-    rows_begin_.push_back(static_cast<std::int64_t>(rows_.size()));
-    if (rows_.size() > own) {
-      const int up = super_of_[rows_[own]];
-      sibling[s] = first[up];
-      first[up] = s;
-    }
-    // The padding below each column stays zero, so that kernels may run over it.
-    panel_ld_.push_back(RoundUp(Rows(s) * kBlock + kPadding - 1));
-    panel_begin_.push_back(factor_size_);
-    factor_size_ += static_cast<std::int64_t>(panel_ld_[s]) * Width(s) * kBlock;
-  }
-}
-
-template <int kBlock>
-void BlockCholesky<kBlock>::PlaceValues(const std::vector<std::pair<int, int>>& pairs) {
-  targets_.clear();
-  targets_.reserve(n_ + pairs.size());
-  const auto place = [&](int row, int column, bool transposed) {
-    const int s = super_of_[column];
-    const auto begin = rows_.begin() + rows_begin_[s], end = rows_.begin() + rows_begin_[s + 1];
-    const std::int64_t r = row < super_begin_[s + 1]
-                               ? row - super_begin_[s]
-                               : std::lower_bound(begin + Width(s), end, row) - begin;
-    const std::int64_t c = column - super_begin_[s];
-    targets_.push_back(
-        {panel_begin_[s] + c * kBlock * panel_ld_[s] + r * kBlock, panel_ld_[s], transposed});
-  };
-  for (int i = 0; i < n_; ++i) place(position_[i], position_[i], false);
-  for (const auto& [i, j] : pairs) {
-    const int row = position_[i], column = position_[j];
-    place(std::max(row, column), std::min(row, column), row < column);
-  }
-  values_.resize(targets_.size() * kBlockSize);
-}
-
-template <int kBlock>
-void BlockCholesky<kBlock>::Scatter(double lambda) {
-  factor_.assign(static_cast<std::size_t>(factor_size_), 0.);
-  min_pivot_.resize(static_cast<std::size_t>(n_) * kBlock);
-  const double* value = values_.data();
-  for (const Target& target : targets_) {
+void BlockCholesky<kBlock>::FillPanel(int s) {
+  std::fill_n(&factor_[panel_begin_[s]],
+              static_cast<std::ptrdiff_t>(panel_ld_[s]) * Width(s) * kBlock, 0.);
+  for (int k = filled_begin_[s]; k < filled_begin_[s + 1]; ++k) {
+    const int v = filled_[k];
+    const Target& target = targets_[v];
+    const double* value = &values_[static_cast<std::size_t>(v) * kBlockSize];
     double* corner = &factor_[target.offset];
     for (int c = 0; c < kBlock; ++c) {
       for (int r = 0; r < kBlock; ++r, ++value) {
         corner[target.transposed ? r * target.ld + c : c * target.ld + r] = *value;
       }
     }
-  }
-  for (int i = 0; i < n_; ++i) {
-    double* corner = &factor_[targets_[i].offset];
+    if (v >= n_) continue;
     for (int c = 0; c < kBlock; ++c) {
-      double& diagonal = corner[static_cast<std::ptrdiff_t>(c) * (targets_[i].ld + 1)];
-      min_pivot_[static_cast<std::size_t>(position_[i]) * kBlock + c] =
+      double& diagonal = corner[static_cast<std::ptrdiff_t>(c) * (target.ld + 1)];
+      min_pivot_[static_cast<std::size_t>(position_[v]) * kBlock + c] =
           kMinPivotRatio * std::abs(diagonal);
-      diagonal *= 1 + lambda;
+      diagonal *= 1 + lambda_;
     }
   }
 }
@@ -222,40 +73,75 @@ void BlockCholesky<kBlock>::Update(int s, int descendant, int first_row, int num
   }
 }
 
+// With the supernode of the descendant's next row.
 template <int kBlock>
-bool BlockCholesky<kBlock>::Factor(double lambda) {
-  Scatter(lambda);
+void BlockCholesky<kBlock>::Queue(int descendant) {
+  if (next_row_[descendant] >= Rows(descendant)) return;
+  const int up = super_of_[rows_[rows_begin_[descendant] + next_row_[descendant]]];
+  next_[descendant] = head_[up];
+  head_[up] = descendant;
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::BeginFactor(double lambda) {
   const int num = static_cast<int>(super_begin_.size()) - 1;
+  lambda_ = lambda;
+  if (capacity_ < factor_size_) {
+    capacity_ = factor_size_;
+    factor_.reset(new double[static_cast<std::size_t>(capacity_)]);
+  }
+  min_pivot_.resize(static_cast<std::size_t>(n_) * kBlock);
   head_.assign(num, -1);
   next_.assign(num, -1);
   next_row_.assign(num, 0);
   map_.resize(n_);
-  for (int s = 0; s < num; ++s) {
-    const int num_rows = Rows(s);
-    for (int r = 0; r < num_rows; ++r) map_[rows_[rows_begin_[s] + r]] = r;
-    const auto queue = [&](int d) {  // with the supernode of d's next row
-      if (next_row_[d] >= Rows(d)) return;
-      const int up = super_of_[rows_[rows_begin_[d] + next_row_[d]]];
-      next_[d] = head_[up];
-      head_[up] = d;
-    };
-    for (int d = head_[s], after; d >= 0; d = after) {
-      after = next_[d];
-      const int first_row = next_row_[d];
-      int last = first_row;
-      while (last < Rows(d) && rows_[rows_begin_[d] + last] < super_begin_[s + 1]) ++last;
-      Update(s, d, first_row, last - first_row);
-      next_row_[d] = last;
-      queue(d);
+  super_ = 0;
+  if (num > 0) BeginPanel(0);
+}
+
+template <int kBlock>
+void BlockCholesky<kBlock>::BeginPanel(int s) {
+  FillPanel(s);
+  for (int r = 0; r < Rows(s); ++r) map_[rows_[rows_begin_[s] + r]] = r;
+  descendant_ = head_[s];
+}
+
+// Brings what the descendant has for it into the supernode; returns the multiplications.
+template <int kBlock>
+double BlockCholesky<kBlock>::UpdateFrom(int descendant) {
+  const int first_row = next_row_[descendant];
+  int last = first_row;
+  while (last < Rows(descendant) &&
+         rows_[rows_begin_[descendant] + last] < super_begin_[super_ + 1]) {
+    ++last;
+  }
+  Update(super_, descendant, first_row, last - first_row);
+  next_row_[descendant] = last;
+  Queue(descendant);
+  return static_cast<double>(kBlockSize * kBlock) * (Rows(descendant) - first_row) *
+         (last - first_row) * Width(descendant);
+}
+
+template <int kBlock>
+typename BlockCholesky<kBlock>::Progress BlockCholesky<kBlock>::GoOn(double multiplications) {
+  const int num = static_cast<int>(super_begin_.size()) - 1;
+  while (super_ < num) {
+    const int s = super_, num_rows = Rows(s);
+    while (descendant_ >= 0) {
+      if (multiplications <= 0) return Progress::kUnderWay;
+      const int descendant = std::exchange(descendant_, next_[descendant_]);
+      multiplications -= UpdateFrom(descendant);
     }
     if (!FactorPanel(num_rows * kBlock, Width(s) * kBlock, &factor_[panel_begin_[s]], panel_ld_[s],
                      &min_pivot_[static_cast<std::size_t>(super_begin_[s]) * kBlock])) {
-      return false;
+      return Progress::kFailed;
     }
+    multiplications -= static_cast<double>(kBlockSize * kBlock) * num_rows * Width(s) * Width(s);
     next_row_[s] = Width(s);
-    queue(s);
+    Queue(s);
+    if (++super_ < num) BeginPanel(super_);
   }
-  return true;
+  return Progress::kDone;
 }
 
 template <int kBlock>

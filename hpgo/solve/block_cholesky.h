@@ -3,6 +3,9 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
+#include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -28,7 +31,16 @@ class BlockCholesky {
 
   // Factors A + lambda diag(A). False if that is not numerically positive definite: a pivot fell
   // below 1e-14 of its diagonal entry. The values stay.
-  bool Factor(double lambda);
+  bool Factor(double lambda) {
+    BeginFactor(lambda);
+    return GoOn(std::numeric_limits<double>::infinity()) == Progress::kDone;
+  }
+
+  // The same in shares: GoOn returns once it has multiplied about so many numbers, and is called
+  // again until it is done or has failed. In between the values must not change.
+  enum class Progress { kUnderWay, kDone, kFailed };
+  void BeginFactor(double lambda);
+  Progress GoOn(double multiplications);
 
   // Solves with the factor in place; x holds n blocks of kBlock numbers.
   void Solve(double* x) const;
@@ -36,13 +48,30 @@ class BlockCholesky {
   // Numbers in the factor, padding included.
   std::int64_t factor_size() const { return factor_size_; }
 
+  // What a saved state has of it: the matrix, to be factored again.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    if constexpr (std::is_const_v<Self>) {
+      archive(self.n_, self.pairs_, self.values_);
+    } else {
+      int n;
+      std::vector<std::pair<int, int>> pairs;
+      archive(n, pairs);
+      if (n >= 0) self.Analyze(n, pairs);
+      archive(self.values_);
+    }
+  }
+
  private:
   void Order(const std::vector<std::pair<int, int>>& pairs);
   void FindSupernodes();
   void FindRows();
   void PlaceValues(const std::vector<std::pair<int, int>>& pairs);
-  void Scatter(double lambda);
+  void FillPanel(int s);
+  void BeginPanel(int s);
+  double UpdateFrom(int descendant);
   void Update(int s, int descendant, int first_row, int num_columns);
+  void Queue(int descendant);
 
   int Width(int s) const { return super_begin_[s + 1] - super_begin_[s]; }
   int Rows(int s) const { return static_cast<int>(rows_begin_[s + 1] - rows_begin_[s]); }
@@ -64,11 +93,16 @@ class BlockCholesky {
   std::vector<int> rows_;
   std::vector<std::int64_t> panel_begin_;  // supernode -> its panel in factor_
   std::vector<int> panel_ld_;
-  std::vector<Target> targets_;  // where each block of values_ goes
-  std::vector<double> values_, factor_;
-  std::int64_t factor_size_ = 0;
+  std::vector<Target> targets_;             // where each block of values_ goes
+  std::vector<int> filled_begin_, filled_;  // supernode -> the blocks of values_ in its panel
+  std::vector<double> values_;
+  std::unique_ptr<double[]> factor_;  // a panel is set where it is factored, and not before
+  std::int64_t factor_size_ = 0, capacity_ = 0;
 
-  std::vector<int> next_, next_row_, head_, map_;  // workspace of Factor
+  // Of the factorization under way: the supernode, and the descendant that goes into it next.
+  double lambda_ = 0;
+  int super_ = 0, descendant_ = -1;
+  std::vector<int> next_, next_row_, head_, map_;
   std::vector<double> update_, min_pivot_;
   mutable std::vector<double> work_, rows_work_;  // workspace of Solve
 };

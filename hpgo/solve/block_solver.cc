@@ -123,7 +123,7 @@ class BlockSolver : public SubproblemSolver<G> {
       if (factorized) {
         const double promised = FindStep(*damping);
         if (std::isinf(result.promised)) result.promised = promised;
-        const double length = std::min(1., kReach / system_.LargestTurn(step_));
+        const double length = std::min(1., kReach / LargestTurn(*problem_, step_));
         summary->damped |= length < 1;
         const double expected = promised * (2 * length - length * length);
         if (Try(length, cost, expected, &result)) {

@@ -97,27 +97,30 @@ double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
 }
 
 template <typename G>
-double BlockSystem<G>::LargestTurn(const std::vector<double>& step) const {
+double LargestTurn(const Subproblem<G>& problem, const std::vector<double>& step) {
   constexpr int kFirst = G::kDim, kCount = G::kRotationDof;
   using Rotation = Eigen::Matrix<double, kCount, 1>;
   // In the world's frame, where the turns of two ends can be compared.
   const auto turn = [&](int index) -> Rotation {
-    if (!IsFree(index)) return Rotation::Zero();
+    if (index == kWorldFrame || index >= problem.num_free) return Rotation::Zero();
     const Rotation own =
-        Eigen::Map<const Rotation>(&step[static_cast<std::size_t>(index) * D + kFirst]);
+        Eigen::Map<const Rotation>(&step[static_cast<std::size_t>(index) * G::kDof + kFirst]);
     if constexpr (kCount == 1) {
       return own;
     } else {
-      return problem_->poses[index].matrix() * own;
+      return problem.poses[index].matrix() * own;
     }
   };
   double largest_sq = 0;
-  for (const Factor<G>& factor : problem_->factors) {
+  for (const Factor<G>& factor : problem.factors) {
     largest_sq = std::max(largest_sq, (turn(factor.j) - turn(factor.i)).squaredNorm());
   }
   return std::sqrt(largest_sq);
 }
 
+template double LargestTurn(const Subproblem<SE2>&, const std::vector<double>&);
+template double LargestTurn(const Subproblem<SE3>&, const std::vector<double>&);
+template double LargestTurn(const Subproblem<YawPose>&, const std::vector<double>&);
 template class BlockSystem<SE2>;
 template class BlockSystem<SE3>;
 template class BlockSystem<YawPose>;

@@ -33,6 +33,7 @@ template <typename G>
 class BlockSystem {
  public:
   static constexpr int D = G::kDof;
+  using Progress = typename BlockCholesky<D>::Progress;
   using Block = Eigen::Map<Eigen::Matrix<double, D, D>>;
   using Vector = Eigen::Map<Eigen::Matrix<double, D, 1>>;
 
@@ -42,14 +43,21 @@ class BlockSystem {
   double Linearize(Unmeasured unmeasured);
   // Factors H + damping diag(H); false if that is not positive definite.
   bool Factorize(double damping) { return cholesky_.Factor(damping); }
+  // The same in shares; see BlockCholesky.
+  void BeginFactorizing(double damping) { cholesky_.BeginFactor(damping); }
+  Progress GoOnFactorizing(double multiplications) { return cholesky_.GoOn(multiplications); }
   // Solves with the factor: step holds D numbers a free pose.
   void Solve(double* step) const { cholesky_.Solve(step); }
-  // How far, in rad, a step turns the ends of a factor against each other, at most.
-  double LargestTurn(const std::vector<double>& step) const;
   // The cost at other poses.
   double Cost(const std::vector<G>& poses) const { return CostAt(*problem_, poses); }
 
   std::vector<double>& gradient() { return gradient_; }
+
+  // What a saved state has of it: H.
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.cholesky_);
+  }
   Block Diagonal(int node) { return Block(cholesky_.Diagonal(node)); }
 
  private:
@@ -63,6 +71,11 @@ class BlockSystem {
   std::vector<int> begin_, order_;          // workspace of FindPairs
   std::vector<double> gradient_;
 };
+
+// How far, in rad, a step turns the ends of a factor against each other, at most; D numbers a free
+// pose.
+template <typename G>
+double LargestTurn(const Subproblem<G>& problem, const std::vector<double>& step);
 
 extern template class BlockSystem<ceres_costs::SE2>;
 extern template class BlockSystem<ceres_costs::SE3>;

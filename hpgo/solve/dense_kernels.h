@@ -8,6 +8,7 @@
 namespace hpgo {
 
 inline constexpr int kPadding = 4;
+inline constexpr int RoundUp(int n) { return (n + kPadding - 1) / kPadding * kPadding; }
 
 // C -= A B' with A m x k, B n x k, C m x n. This and all below go by three columns at a time, and
 // are slower in those left over.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
 #include <set>
 
@@ -212,6 +213,36 @@ TYPED_TEST(BlockCholeskyTest, TheSameMatrixGivesTheSameBits) {
   other.Solve(y.data());
   EXPECT_EQ(x, y);
   EXPECT_EQ(this->cholesky_.factor_size(), other.factor_size());
+}
+
+TYPED_TEST(BlockCholeskyTest, SharesGiveTheSameBits) {
+  using Cholesky = BlockCholesky<TestFixture::B>;
+  const Pairs pairs = Grid(9, 7);
+  Cholesky whole, shared;
+  const Eigen::MatrixXd dense = this->Fill(63, pairs, &whole);
+  shared.Analyze(63, pairs);
+  for (int i = 0; i < 63; ++i) {
+    std::copy_n(whole.Diagonal(i), Cholesky::kBlockSize, shared.Diagonal(i));
+  }
+  for (int p = 0; p < static_cast<int>(pairs.size()); ++p) {
+    std::copy_n(whole.OffDiagonal(p), Cholesky::kBlockSize, shared.OffDiagonal(p));
+  }
+  ASSERT_TRUE(whole.Factor(0.5));
+  const Eigen::VectorXd b = Eigen::VectorXd::Random(dense.rows());
+  Eigen::VectorXd expected = b;
+  whole.Solve(expected.data());
+  int calls_before = std::numeric_limits<int>::max();
+  for (const double share : {1., 1e4, 1e9}) {
+    shared.BeginFactor(0.5);
+    int calls = 1;
+    while (shared.GoOn(share) == Cholesky::Progress::kUnderWay) ++calls;
+    EXPECT_LT(calls, calls_before);
+    calls_before = calls;
+    Eigen::VectorXd x = b;
+    shared.Solve(x.data());
+    EXPECT_EQ(x, expected);
+  }
+  EXPECT_EQ(calls_before, 1);
 }
 
 TYPED_TEST(BlockCholeskyTest, AnIndefiniteMatrixIsRefused) {

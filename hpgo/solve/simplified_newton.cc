@@ -1,0 +1,175 @@
+#include "hpgo/solve/simplified_newton.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <queue>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "hpgo/chains/span.h"
+#include "hpgo/solve/damping.h"
+
+namespace hpgo {
+
+using ceres_costs::QuadraticModel;
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+using ceres_costs::YawPose;
+
+template <typename G>
+bool SimplifiedNewton<G>::Begin(Subproblem<G>* problem, const std::vector<Index>& names) {
+  num_slots_ = problem->num_free;
+  slot_of_name_.clear();
+  for (int k = 0; k < problem->num_free; ++k) {
+    if (names[k] >= static_cast<Index>(slot_of_name_.size()))
+      slot_of_name_.resize(names[k] + 1, -1);
+    slot_of_name_[names[k]] = k;
+  }
+  system_.Analyze(problem);
+  if (!std::isfinite(system_.Linearize(Unmeasured::kHeld))) return false;
+  system_.BeginFactorizing(0);
+  return true;
+}
+
+// False if no pose of the system is free in the problem.
+template <typename G>
+bool SimplifiedNewton<G>::FindSlots(const Subproblem<G>& problem) {
+  slots_.assign(problem.num_free, -1);
+  bool any = false;
+  for (int k = 0; k < problem.num_free; ++k) {
+    const Index name = (*names_)[k];
+    if (name < static_cast<Index>(slot_of_name_.size())) slots_[k] = slot_of_name_[name];
+    any |= slots_[k] >= 0;
+  }
+  return any;
+}
+
+// Sets step_; returns the cost, NaN where one fails. `promised`: the decrease of the model.
+template <typename G>
+double SimplifiedNewton<G>::FindStep(const Subproblem<G>& problem, double* promised) {
+  constexpr int D = G::kDof;
+  using Vector = Eigen::Map<Tangent>;
+  solution_.assign(static_cast<std::size_t>(num_slots_) * D, 0.);
+  const auto slot = [&](int k) {
+    return k == kWorldFrame || k >= problem.num_free ? -1 : slots_[k];
+  };
+  const auto at = [&](int s) { return Vector(&solution_[static_cast<std::size_t>(s) * D]); };
+  const auto part = [&](int k) { return Vector(&step_[static_cast<std::size_t>(k) * D]); };
+  double cost = 0;
+  QuadraticModel<G> at_j, at_i;
+  for (const Factor<G>& factor : problem.factors) {
+    const G Y = RelativePose(factor, problem.poses);
+    if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
+    cost += at_j.cost;
+    if (slot(factor.j) >= 0) at(slot(factor.j)) -= at_j.b;
+    if (slot(factor.i) < 0) continue;
+    TransportModel(Y.Inverse(), at_j, &at_i);  // J_i = -J_j Ad(Y^-1)
+    at(slot(factor.i)) += at_i.b;
+  }
+  const std::vector<double> descent = solution_;
+  system_.Solve(solution_.data());
+  *promised = 0;
+  for (std::size_t k = 0; k < solution_.size(); ++k) *promised += descent[k] * solution_[k];
+  step_.assign(static_cast<std::size_t>(problem.num_free) * D, 0.);
+  for (int k = 0; k < problem.num_free; ++k) {
+    if (slots_[k] >= 0) part(k) = at(slots_[k]);
+  }
+  return cost;
+}
+
+// Poses that are new go with the neighbour that they fit best: along a minimum spanning forest.
+template <typename G>
+void SimplifiedNewton<G>::FollowRigidly(const Subproblem<G>& problem) {
+  using Vector = Eigen::Map<Tangent>;
+  struct Link {
+    double cost;
+    int pose, leader;
+    bool operator<(const Link& other) const { return cost > other.cost; }  // the least on top
+  };
+  followers_.clear();
+  const auto is_new = [&](int k) { return k < problem.num_free && slots_[k] < 0; };
+  std::unordered_map<int, std::vector<Link>> led;  // by leader
+  std::priority_queue<Link> next;
+  for (const Factor<G>& factor : problem.factors) {
+    if (factor.i == kWorldFrame || !(is_new(factor.i) || is_new(factor.j))) continue;
+    const double cost = FactorCost(factor, false, RelativePose(factor, problem.poses));
+    for (const auto& [pose, leader] : {std::pair(factor.i, factor.j), {factor.j, factor.i}}) {
+      if (!is_new(pose)) continue;
+      if (is_new(leader)) {
+        led[leader].push_back({cost, pose, leader});
+      } else if (leader < problem.num_free) {
+        next.push({cost, pose, leader});
+      }
+    }
+  }
+  const auto step = [&](int k) { return Vector(&step_[static_cast<std::size_t>(k) * G::kDof]); };
+  std::unordered_set<int> placed;
+  while (!next.empty()) {
+    const Link link = next.top();
+    next.pop();
+    if (!placed.insert(link.pose).second) continue;
+    const G T = problem.poses[link.leader].Between(problem.poses[link.pose]);
+    followers_.push_back({link.pose, link.leader, T});
+    step(link.pose) = T.InverseAdjoint() * step(link.leader);
+    for (const Link& further : led[link.pose]) next.push(further);
+  }
+}
+
+// Sets trial_; returns its cost.
+template <typename G>
+double SimplifiedNewton<G>::Try(double part, const Subproblem<G>& problem) {
+  trial_ = problem.poses;
+  for (int k = 0; k < problem.num_free; ++k) {
+    if (slots_[k] < 0) continue;
+    const Eigen::Map<Tangent> d(&step_[static_cast<std::size_t>(k) * G::kDof]);
+    trial_[k] = problem.poses[k].Retract(part * d);
+  }
+  for (const Follower& follower : followers_) {
+    trial_[follower.pose] = trial_[follower.leader] * follower.T_leader_pose;
+  }
+  return CostAt(problem, trial_);
+}
+
+template <typename G>
+SubproblemSummary SimplifiedNewton<G>::Solve(const SubproblemOptions& options,
+                                             Subproblem<G>* problem) {
+  using Clock = std::chrono::steady_clock;
+  const Clock::time_point start = Clock::now();
+  SubproblemSummary summary;
+  const bool any = FindSlots(*problem);
+  double promised = 0;
+  const double cost = FindStep(*problem, &promised);
+  summary.initial_cost = summary.final_cost = cost;
+  if (!std::isfinite(cost)) {
+    summary.status = Status(StatusCode::kNoSolution, "the cost is not finite at the start");
+  } else if (options.cancel != nullptr && *options.cancel) {
+    summary.status = Status(StatusCode::kInterrupted, "cancelled");
+  } else if (any) {
+    summary.iterations = 1;
+    FollowRigidly(*problem);
+    double length = std::min(1., kReach / LargestTurn(*problem, step_));
+    summary.damped = length < 1;
+    const auto expected = [&] { return promised * (2 * length - length * length); };
+    double trial_cost = Try(length, *problem);
+    if (!(trial_cost < cost) && std::isfinite(trial_cost)) {
+      summary.damped = true;
+      length *= BestStepLength(expected(), trial_cost - cost);
+      if (length > kShortestStep) trial_cost = Try(length, *problem);
+    }
+    if (trial_cost < cost) {
+      problem->poses.swap(trial_);
+      summary.final_cost = trial_cost;
+      summary.predicted_decrease = expected();
+    }
+  }
+  summary.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return summary;
+}
+
+template class SimplifiedNewton<SE2>;
+template class SimplifiedNewton<SE3>;
+template class SimplifiedNewton<YawPose>;
+
+}  // namespace hpgo
