@@ -53,6 +53,16 @@ inline constexpr double kFullStandstill = 1e-10;
 // Iterations that a whole solve needs for Converge to choose it: fewer leave a gap.
 inline constexpr int kIterationsToFit = 3;
 
+// --- Newton steps in slices.
+// An update that gains more than this share of the cost is far from the optimum; so many in a row
+// are not just a closure, or two.
+inline constexpr double kShareOfFarOff = 0.01;
+inline constexpr int kUpdatesFarOff = 3;
+// Numbers multiplied by an update: about what its windows take.
+inline constexpr double kMultiplicationsOfASlice = 6e7;
+// Of level 0: it is ordered, linearized and moved in one update each.
+inline constexpr int kMostNodesOfNewton = 15000;
+
 // --- Refine.
 // Everything is examined again at thresholds this many times smaller, each kDeeper times the last;
 // on ill-conditioned graphs down to kDeepest while a round gains kGainToGoDeeper of the cost.

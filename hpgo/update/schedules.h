@@ -32,9 +32,15 @@ struct UpdatePlan {
 template <typename G>
 void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
 
-// Windows where the predicted decrease of chi2 is worth it. True if nothing is left.
+struct ScheduleResult {
+  bool at_rest = false;  // nothing is left
+  double decrease = 0;   // of the windows' costs, summed
+};
+
+// Windows where the predicted decrease of chi2 is worth it.
 template <typename G>
-bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                                 UpdateReport* report);
 
 // The whole top, to convergence, and a window on every lower level, whether it is stressed or not:
 // around the new edges or the newest node.

@@ -20,7 +20,7 @@ class StressSchedule {
   StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report)
       : tools_(tools), plan_(plan), hierarchy_(tools.graph.hierarchy()), report_(report) {}
 
-  bool Run();
+  ScheduleResult Run();
 
  private:
   double Pending(int l) const { return LargestPending(l, hierarchy_); }
@@ -38,6 +38,7 @@ class StressSchedule {
   const UpdatePlan& plan_;
   Hierarchy<G>& hierarchy_;
   UpdateReport* report_;
+  double decrease_ = 0;  // so far
 };
 
 template <typename G>
@@ -74,6 +75,7 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
         tools_.step.Solve(tools_.options.window_iterations, std::numeric_limits<double>::infinity(),
                           plan_.thresholds, plan_.budget);
     Note(step, report_);
+    decrease_ += step.decrease;
     ++solves;
     const double after = watch.Elapsed();
     tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
@@ -110,7 +112,7 @@ int StressSchedule<G>::Serve(int l, int max_solves) {
 }
 
 template <typename G>
-bool StressSchedule<G>::Run() {
+ScheduleResult StressSchedule<G>::Run() {
   const int num_levels = hierarchy_.num_levels();
   SweepLimits limits;
   limits.max_windows = tools_.options.max_windows;
@@ -140,18 +142,22 @@ bool StressSchedule<G>::Run() {
   for (int l = 0; l < num_levels; ++l) {
     at_rest &= Pending(l) <= plan_.thresholds.pending && hierarchy_.level(l).dirty.empty();
   }
-  return at_rest;
+  return {at_rest, decrease_};
 }
 
 }  // namespace
 
 template <typename G>
-bool RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                                 UpdateReport* report) {
   return StressSchedule<G>(tools, plan, report).Run();
 }
 
-template bool RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&, UpdateReport*);
-template bool RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&, UpdateReport*);
-template bool RunStressSchedule(const UpdateTools<YawPose>&, const UpdatePlan&, UpdateReport*);
+template ScheduleResult RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&,
+                                          UpdateReport*);
+template ScheduleResult RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&,
+                                          UpdateReport*);
+template ScheduleResult RunStressSchedule(const UpdateTools<YawPose>&, const UpdatePlan&,
+                                          UpdateReport*);
 
 }  // namespace hpgo

@@ -76,13 +76,22 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
       // Of an update it is a part of taking in what is new, which no limit of time cuts short.
       SolveOpened(tools, plan, mode == Mode::kFull ? budget.SecondsLeft() : kInfinity, &report);
     }
+    // Where the work of an update is bounded by its amount.
+    const bool in_slices = mode == Mode::kPartial && !budget.IsUncapped();
+    if (in_slices) {
+      newton_.DoSlice(tools, plan, &report);
+    } else {
+      newton_.Drop();
+    }
     MergeDirty(tools, plan, &report);
     if (mode == Mode::kFull) {
       step.converged = SolveWholeGraph(tools, plan, &report);
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
-      report.at_rest = RunStressSchedule(tools, plan, &report);
+      const ScheduleResult windows = RunStressSchedule(tools, plan, &report);
+      report.at_rest = windows.at_rest;
+      if (in_slices) newton_.Note(windows, mean_.value() * graph_.num_edges(), graph_.hierarchy());
     } else {
       RunFixedSchedule(tools, plan, changes.newest, &report);
     }
@@ -94,6 +103,20 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
   VLOG(1) << "update: " << report.new_nodes << " nodes, " << report.new_edges << " edges, "
           << report.windows << " windows, " << report.top_solves << " top solves, "
           << report.seconds * 1e3 << " ms";
+  return step;
+}
+
+// Where a solve has bent chains too far they are cut, and it goes on without them.
+template <typename G>
+typename Updater<G>::Step Updater<G>::RunFull(const Changes& changes, const Budget& budget,
+                                              Gauge<G>* gauge) {
+  Step step = Run(changes, Mode::kFull, budget, depth_, gauge);
+  while (!step.converged && step.report.status.ok() && graph_.has_changes() &&
+         !budget.IsStopped()) {
+    const Step next = Run(Changes::None(changes.newest), Mode::kFull, budget, depth_, gauge);
+    Accumulate(next.report, &step.report);
+    step.converged = next.converged;
+  }
   return step;
 }
 
@@ -160,7 +183,7 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   if (at_once || (goes_on && FitsWhole(none, budget))) {
     const Changes& left = at_once ? changes : none;
     SetDepth(1);
-    const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
+    const Step full = RunFull(left, Budget(budget.Rest()), gauge);
     Accumulate(full.report, &sum);
     sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
     if (!full.report.status.ok()) {  // the rest is done

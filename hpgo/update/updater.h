@@ -5,12 +5,13 @@
 #include "hpgo/update/gauge.h"
 #include "hpgo/update/options.h"
 #include "hpgo/update/schedules.h"
+#include "hpgo/update/sliced_newton.h"
 
 namespace hpgo {
 
 // Works on a graph that somebody else owns. From one call to the next it keeps what it has learnt
-// of the graph (the mean chi2, the time of windows) and how far it has got (the sweep, the depth of
-// Refine); everything that a call decides is passed on inside it. Not synchronized.
+// of the graph (the mean chi2, the time of windows) and how far it has got (the sweep, the slices,
+// the depth of Refine); everything that a call decides is passed on inside it. Not synchronized.
 template <typename G>
 class Updater {
  public:
@@ -26,7 +27,7 @@ class Updater {
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.solved_at_depth_,
-            self.at_optimum_);
+            self.at_optimum_, self.newton_);
   }
 
  private:
@@ -35,6 +36,7 @@ class Updater {
     bool converged = false;  // a solve of the whole graph
   };
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
+  Step RunFull(const Changes& changes, const Budget& budget, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
   bool FitsWhole(const Changes& changes, const Budget& budget) const;
@@ -51,6 +53,7 @@ class Updater {
   WindowSizes sizes_;
   Sweep sweep_;
   Chi2Mean mean_;
+  SlicedNewton<G> newton_;
   double depth_ = 1;  // Refine divides the stress threshold by it
   // Nodes that Refine's windows have solved at this depth, in however many calls.
   double solved_at_depth_ = 0;

@@ -32,10 +32,16 @@ template <typename G>
 StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
                                 const StressThresholds& thresholds, const Budget& budget) {
   SubproblemOptions options;
-  options.cancel = budget.cancel();
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., SubproblemOptions().max_seconds);
-  SubproblemSummary summary = solver_->Solve(options, &window_.subproblem());
+  return SolveBy(solver_.get(), options, thresholds, budget);
+}
+
+template <typename G>
+StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
+                                  const StressThresholds& thresholds, const Budget& budget) {
+  options.cancel = budget.cancel();
+  SubproblemSummary summary = solver->Solve(options, &window_.subproblem());
   VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
           << window_.edges().size() << " edges, cost " << summary.initial_cost << " -> "
           << summary.final_cost << (summary.damped ? ", damped, " : ", ") << summary.seconds * 1e3

@@ -42,6 +42,9 @@ class WindowStep {
   // to the edges around, to those below, and to those above.
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
                    const Budget& budget);
+  // The same by another solver than its own.
+  StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
+                     const StressThresholds& thresholds, const Budget& budget);
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
   // on what has changed; `left_behind` as in RecordChanges.
   void Take(double left_behind, const StressThresholds& thresholds);

@@ -64,7 +64,7 @@ TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   Optimizer<SE3> optimizer;
   BringAll(graph, &optimizer);
   UpdateLimits limits;
-  limits.max_seconds = 0.01;
+  limits.max_cpu_seconds = 0.01;
   UpdateReport report;
   for (int slice = 0; slice < 500 && !report.at_rest; ++slice) {
     report = optimizer.Refine(limits);

@@ -1,0 +1,49 @@
+// Newton steps of the whole of level 0, a slice an update.
+#pragma once
+
+#include "hpgo/solve/simplified_newton.h"
+#include "hpgo/update/schedules.h"
+
+namespace hpgo {
+
+// Where update after update gains much, the estimate is far from its optimum, and windows would
+// need hundreds of updates for the last percents: what is left is smooth, and runs over the whole
+// graph. Then level 0 is factored, a slice an update beside the windows; and steps are made with
+// the factor as long as they gain much. Holds the factor meanwhile, 5 KB a node in dense worlds of
+// 10,000. Changes with every update. Not synchronized.
+template <typename G>
+class SlicedNewton {
+ public:
+  // Its work of one update.
+  void DoSlice(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+  // What the windows of the update have come to: the next one begins to factor if this was one of
+  // several that gained much; at rest there is nothing left to do. `cost`: of the graph.
+  void Note(const ScheduleResult& windows, double cost, const Hierarchy<G>& hierarchy);
+  void Drop() { *this = SlicedNewton(); }
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.updates_far_off_, self.stage_, self.slices_);
+    if (self.stage_ < Stage::kFactoring) return;
+    archive(self.newton_);
+    if constexpr (!std::is_const_v<Self>) self.FactorAgain();
+  }
+
+ private:
+  enum class Stage { kIdle, kWanted, kFactoring, kStepping };
+  void FactorAgain();
+  Stage Begin(const UpdateTools<G>& tools);
+  Stage Factor();
+  Stage Step(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+
+  int updates_far_off_ = 0;  // in a row
+  Stage stage_ = Stage::kIdle;
+  int slices_ = 0;  // of the factorization
+  SimplifiedNewton<G> newton_;
+};
+
+extern template class SlicedNewton<ceres_costs::SE2>;
+extern template class SlicedNewton<ceres_costs::SE3>;
+extern template class SlicedNewton<ceres_costs::YawPose>;
+
+}  // namespace hpgo
