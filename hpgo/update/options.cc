@@ -8,7 +8,7 @@ OptimizerOptions OptimizerOptions::Fast() {
   OptimizerOptions options;
   options.window_nodes = 50;
   options.max_top_nodes = 100;
-  options.max_windows = 4;
+  options.max_windows = 2;
   options.stress_threshold = 1e-3;
   return options;
 }

@@ -24,6 +24,7 @@ void ExpectNoRise(World world, std::uint64_t seed) {
   OptimizerOptions options;
   options.max_top_nodes = 60;
   options.window_nodes = 40;
+  options.max_windows = 6;
   Optimizer<G> optimizer(options);
   for (const ReplayStep& step : ReplaySteps(synthetic.graph)) {
     ASSERT_TRUE(ApplyStep<G>(synthetic.graph, step, nullptr, &optimizer).ok());
