@@ -129,6 +129,9 @@ class SpanTree {
   void Adopt(Index span);
   Index Balanced(Index left, Index right);
   void MarkStale(Index span);
+  Index Height(Index span) const { return spans_[span].height; }
+
+  // span_tree_models.cc
   SpanModel<G> ModelOf(const ChainEdge<G>& edge) const {
     return EdgeSpan<G>({edge.term.measurement, edge.covariance, edge.reversed}, edge.Y,
                        convention_);
@@ -136,6 +139,8 @@ class SpanTree {
   void ComputeLeaf(Span* leaf);
   // The conditional means of the relative poses of a leaf's edges.
   void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
+
+  // span_tree_settle.cc
   struct Settled {
     std::vector<std::pair<Index, G>> before;  // the edges that were moved, from where
     double turn = 0;                          // the largest of an edge, in rad
@@ -145,7 +150,6 @@ class SpanTree {
   void Undo(const Settled& settled);
   int SettleInTurns(Index root, const G& T, double tolerance, double still);
   double CostOf(const ChainEdge<G>& edge) const;
-  Index Height(Index span) const { return spans_[span].height; }
 
   template <typename Visitor>
   void VisitSpan(Index s, const G& T, Visitor& visit) {

@@ -1,0 +1,169 @@
+// The tree of spans: where its edges are linearized, and the steps to where they rest.
+
+#include <algorithm>
+
+#include "ceres_costs/factor_term.h"
+#include "hpgo/chains/span_tree.h"
+
+namespace hpgo {
+namespace {
+
+// T_i_j of the measurement where the edge is linearized.
+template <typename G>
+G RelativePose(const ChainEdge<G>& edge) {
+  return edge.reversed ? edge.Y.Inverse() : edge.Y;
+}
+
+template <typename G>
+bool TurnsTooFar(const ChainEdge<G>& edge) {
+  return IsTwisted(edge.term.measurement, RelativePose(edge));
+}
+
+}  // namespace
+
+template <typename G>
+G SpanTree<G>::Relax(Index s) {
+  Span& span = spans_[s];
+  span.stale = true;
+  G T;
+  if (span.height > 0) {
+    T = Relax(span.items[0]);
+    return (T * Relax(span.items[1])).Normalized();
+  }
+  for (int k = 0; k < span.count; ++k) {
+    ChainEdge<G>& edge = edges_[span.items[k]];
+    edge.Y = edge.reversed ? edge.term.measurement.Inverse() : edge.term.measurement;
+    T = T * edge.Y;
+  }
+  return T.Normalized();
+}
+
+template <typename G>
+void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&)>& Y) {
+  Span& span = spans_[s];
+  span.stale = true;
+  if (span.height > 0) {
+    for (int k = 0; k < 2; ++k) LinearizeAt(span.items[k], Y);
+    return;
+  }
+  for (int k = 0; k < span.count; ++k) {
+    ChainEdge<G>& edge = edges_[span.items[k]];
+    edge.Y = Y(edge);
+    if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
+  }
+}
+
+template <typename G>
+double SpanTree<G>::CostOf(const ChainEdge<G>& edge) const {
+  ceres_costs::FactorTerm<G> factor;
+  factor.term = &edge.term;
+  factor.convention = convention_;
+  return FactorCost(factor, false, RelativePose(edge));
+}
+
+// `tolerance` below zero: whatever the model may miss.
+template <typename G>
+void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* settled) {
+  Span& span = spans_[s];
+  if (!(MissedAt(Model(s), T) > tolerance)) return;
+  if (span.height == 0) {
+    G poses[kLeafEdges];
+    DistributeLeaf(span, T, poses);
+    for (int k = 0; k < span.count; ++k) {
+      ChainEdge<G>& edge = edges_[span.items[k]];
+      settled->before.emplace_back(span.items[k], edge.Y);
+      settled->gained += CostOf(edge);
+      const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
+      settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
+      edge.Y = poses[k];
+      settled->gained -= CostOf(edge);
+    }
+    ComputeLeaf(&span);
+    return;
+  }
+  const SplitPose<G> split =
+      Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
+  SettleSpan(span.items[0], split.first, tolerance, settled);
+  SettleSpan(span.items[1], split.second, tolerance, settled);
+  span.model = Join(spans_[span.items[0]].model, spans_[span.items[1]].model, split);
+}
+
+template <typename G>
+void SpanTree<G>::Undo(const Settled& settled) {
+  for (const auto& [e, Y] : settled.before) {
+    edges_[e].Y = Y;
+    MarkStale(edges_[e].leaf);
+  }
+}
+
+// Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
+// and no model misses more than `tolerance`. The ends go to T in steps within reach; one that turns
+// an edge further than a linearization can reach is made shorter. Where that does not help the
+// edges are knotted, and the way begins at their measurements instead. At T a step that raises the
+// cost is the last and is taken back: bent far enough, such steps would go anywhere, and the middle
+// of what they bend, or of what does not get to T, is no part for a chain.
+template <typename G>
+int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
+  constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
+  constexpr double kShorter = 0.3, kShortest = 0.02;
+  int edges = 0;
+  double again = tolerance, part = 1;
+  bool arrived = false, untied = false;
+  for (int turn = 0; turn < kMaxTurns; ++turn) {
+    const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
+    Settled settled;
+    SettleSpan(root, step.T, again, &settled);
+    if (settled.before.empty()) break;
+    edges += static_cast<int>(settled.before.size());
+    if (arrived && !(settled.gained >= 0)) {
+      Undo(settled);
+      // More than the model may miss, and so more than rounding: it is out of reach here.
+      if (tolerance > 0 && settled.gained < -tolerance * tolerance) {
+        unfit_.push_back(edges_[settled.before[settled.before.size() / 2].first].edge);
+      }
+      break;
+    }
+    if (!arrived && !(settled.turn <= kReach)) {
+      Undo(settled);
+      if (untied) {
+        const Span& span = spans_[root];
+        unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
+        break;
+      }
+      part *= kShorter;
+      if (part < kShortest) {
+        Relax(root);
+        untied = true;
+        part = 1;
+      }
+      continue;
+    }
+    for (const auto& [e, Y] : settled.before) {
+      const ChainEdge<G>& edge = edges_[e];
+      if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
+    }
+    part = 1;
+    arrived = step.arrives;
+    if (tolerance < 0 && settled.turn <= still && arrived) break;
+    again = settled.turn > still ? -1 : tolerance;
+  }
+  return edges;
+}
+
+template <typename G>
+int SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
+  constexpr double kSmallTurn = 0.01;  // rad; what it leaves is of second order
+  return SettleInTurns(root, T, tolerance, kSmallTurn);
+}
+
+template <typename G>
+void SpanTree<G>::SettleAll(Index root, const G& T) {
+  constexpr double kStill = 1e-8;  // rad
+  SettleInTurns(root, T, -1, kStill);
+}
+
+template class SpanTree<ceres_costs::SE2>;
+template class SpanTree<ceres_costs::SE3>;
+template class SpanTree<ceres_costs::YawPose>;
+
+}  // namespace hpgo
