@@ -10,29 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "hpgo/chains/condensed_records.h"
 #include "hpgo/chains/span_tree.h"
 #include "hpgo/hierarchy/hierarchy.h"
 
 namespace hpgo {
-
-// An edge that Restructure has put on level 0 of the hierarchy.
-struct PlacedEdge {
-  Index edge = kNone;   // of level 0
-  bool is_new = false;  // a measurement that was not there before, not a part of a chain
-
-  template <typename Archive, typename Self>
-  static void Fields(Archive& archive, Self& self) {
-    archive(self.edge, self.is_new);
-  }
-};
-
-// A stretch of a chain as a factor between two nodes (kCoarseConvention), what is between them
-// eliminated.
-template <typename G>
-struct Stretch {
-  Index node[2] = {kNone, kNone};
-  ceres_costs::RelativePoseTerm<G> term;
-};
 
 // Owns the graph as its caller sees it, by indices of its own, and the hierarchy over its kept
 // nodes. A node is kept if it is held, has a prior or three edges or more, or an edge that binds:
@@ -154,69 +136,17 @@ class CondensedGraph {
   std::string FindInconsistency();
 
  private:
-  // Where the data of an edge is.
-  enum class Place : std::uint8_t {
-    kNew,    // in new_data_
-    kLevel,  // an edge of level 0
-    kChain,  // a part of a chain
-  };
-  struct Node {
-    Index first_edge = kNone, degree = 0;  // priors among them
-    Index level_node = kNone;              // kNone: not kept
-    Index binding = 0;                     // priors and edges that bind
-    std::uint32_t born = 0;                // orders the nodes by age
-    std::uint32_t seen = 0;                // the last ForEachMoved that looked at it
-    bool alive = false;
-    bool held = false;
-    bool root = false;      // kept for want of another kept node in its component
-    bool touched = false;   // is in touched_
-    bool loose = false;     // its pose is in loose_
-    bool reported = false;  // its pose is in reported_
-
-    template <typename Archive, typename Self>
-    static void Fields(Archive& archive, Self& self) {
-      archive(self.first_edge, self.degree, self.level_node, self.binding, self.born, self.seen,
-              self.alive, self.held, self.root, self.touched, self.loose, self.reported);
-    }
-  };
-  struct Edge {
-    Index node[2] = {kNone, kNone};
-    Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};
-    Index at = kNone;  // the edge of level 0, or of the span tree
-    std::uint32_t generation = 0;
-    Place place = Place::kNew;
-    bool alive = false;
-    bool binds = false;
-
-    template <typename Archive, typename Self>
-    static void Fields(Archive& archive, Self& self) {
-      archive(self.node, self.next, self.prev, self.at, self.generation, self.place, self.alive,
-              self.binds);
-    }
-  };
-  // A chain: from node[0] to node[1].
-  struct Chain {
-    Index node[2] = {kNone, kNone};
-    Index root = kNone;        // its spans
-    Index level_edge = kNone;  // kNone: an end is free
-    G T_kept_free;             // where one end is free: the measurements composed
-    float length = 0;          // then, in m
-    double chi2 = 0;           // of the level edge where the chain was last linearized
-    std::uint32_t stamp = 0;   // of the last ForEachMoved that looked at it
-    bool alive = false;
-    bool changed = false;   // is in changed_
-    bool is_new = false;    // holds an edge that was not there before
-    bool composed = false;  // T_kept_free is up to date
-
-    template <typename Archive, typename Self>
-    static void Fields(Archive& archive, Self& self) {
-      archive(self.node, self.root, self.level_edge, self.T_kept_free, self.length, self.chi2,
-              self.stamp, self.alive, self.changed, self.is_new, self.composed);
-    }
-  };
+  using Place = EdgePlace;
+  using Node = NodeRecord;
+  using Edge = EdgeRecord;
+  using Chain = ChainRecord<G>;
 
   void SetTerm(Chain* chain, const G& T);
   void NoteChi2(Chain* chain);
+  void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
+  void FinishChain(Index chain);
+  bool Refresh(Index level_edge, const G& T);
+  void BindUnfit();
 
   // condensed_graph_edit.cc
   void DropChainOf(Index edge);
@@ -224,6 +154,7 @@ class CondensedGraph {
   void Unlink(Index edge);
   void Touch(Index node);
   bool Binds(const EdgeData<G>& data) const;
+  void Bind(Index edge);
   bool WantsKept(Index node) const;
 
   // condensed_graph_restructure.cc
@@ -235,13 +166,10 @@ class CondensedGraph {
   void CutAt(Index node);
   void Keep(Index node);
   void Release(Index node);
-  void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
   void MakeChainOf(Index edge, const ceres_costs::RelativePoseTerm<G>& term, bool is_new);
   void JoinAt(Index node);
-  void FinishChain(Index chain);
-  bool Refresh(Index level_edge, const G& T);
-  void Bind(Index edge);
-  void BindUnfit();
+
+  // condensed_graph_new_nodes.cc
   std::vector<Index> LooseByAge() const;
   void PoseNewNodes(const std::vector<Index>& loose);
   void FindRoots(const std::vector<Index>& loose);
