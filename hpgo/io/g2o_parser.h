@@ -30,6 +30,8 @@ class G2oParser {
     std::int64_t number;  // of the line
     const char* text;     // where it begins
   };
+
+  // g2o_parser.cc
   void ReserveForText();
   void ReadEquivalences();
   NodeId FindSmallest(NodeId id);
@@ -37,6 +39,9 @@ class G2oParser {
   NodeId NodeCalled(NodeId id) const;
   void ParseLine();
   void ParseRecord(LineFields* fields, std::string_view name);
+  std::string_view LineAt(const char* begin) const;
+
+  // g2o_parser_records.cc
   void ParseVertex(LineFields* fields);
   void ParseMergedVertex(const GraphNode<G>& node);
   void ParseEdge();
@@ -47,10 +52,10 @@ class G2oParser {
   // The index of the node; adds it without a pose where no line has named it so far.
   int Mention(NodeId id);
 
+  // g2o_parser_resolve.cc
   void ResolveOffsets();
   void ResolveFixed();
   void ResolveMissing();
-  std::string_view LineAt(const char* begin) const;
 
   const std::string_view text_;
   const ReadOptions options_;
