@@ -18,6 +18,7 @@
 #include "tools/common_flags.h"
 #include "tools/console.h"
 #include "tools/edge_report.h"
+#include "tools/optimize_report.h"
 #include "tools/read_graph.h"
 #include "tools/signals.h"
 #include "tools/upright_file.h"
@@ -93,119 +94,6 @@ bool OptionsFromFlags(hpgo::FullSolveOptions* options) {
   return true;
 }
 
-std::string ConventionText() { return "sum of e' Omega e, " + FLAGS_error + " error"; }
-
-// What the file holds, for people.
-template <typename G>
-void DescribeInput(const std::string& name, const hpgo::PoseGraph<G>& graph,
-                   const hpgo::ReadReport& report, double seconds) {
-  Message("read " + Bold(name) + ": " + std::to_string(G::kDim) + "D, " +
-          Plural(graph.nodes().size(), "node") + ", " + Plural(graph.edges().size(), "edge") +
-          ", " + Plural(graph.priors().size(), "prior") + " in " + FormatDuration(seconds));
-  if (report.edges_only) Message("no vertices: poses are composed from the edges");
-}
-
-void DescribeResult(const hpgo::FullSolveReport& report) {
-  Message(Plural(report.components, "component") + ", " +
-          Plural(report.loop_closures, "loop closure") + ", " + Plural(report.held_nodes, "node") +
-          " held");
-  std::string init = std::string("start: ") + hpgo::InitMethodName(report.init);
-  if (report.candidates.size() > 1) {
-    init += report.runs > 1 ? ", the lowest end of" : ", the lowest cost of";
-    for (const hpgo::InitCandidate& candidate : report.candidates) {
-      init += std::string(" ") + hpgo::InitMethodName(candidate.method) + " " +
-              (candidate.status.ok() ? FormatNumber(candidate.cost) : "(failed)");
-      if (report.runs > 1 && candidate.solved) init += " to " + FormatNumber(candidate.end_cost);
-    }
-  }
-  Message(init);
-  if (!report.undetermined.empty()) {
-    const std::string first = std::to_string(report.undetermined.front());
-    Warn((report.undetermined.size() == 1 ? "node " + first + " is not determined"
-                                          : Plural(report.undetermined.size(), "node") +
-                                                " are not determined, the first of them " + first) +
-         ": what is measured leaves a direction open");
-  }
-  Message("chi2 " + FormatNumber(report.chi2_before) + " -> " +
-          Bold(FormatNumber(report.chi2_after)) + " (" + ConventionText() + ")");
-  if (FLAGS_loss != "none") {
-    Message("cost with " + FLAGS_loss + " " + FormatNumber(report.cost_before) + " -> " +
-            FormatNumber(report.cost_after));
-  }
-  Message(Plural(report.iterations, "iteration") + " in " + FormatDuration(report.seconds) +
-          (report.converged ? ", converged" : ", not converged"));
-}
-
-ordered_json InputJson(const std::string& name, int dimension, std::size_t nodes, std::size_t edges,
-                       std::size_t priors, const hpgo::ReadReport& report) {
-  ordered_json tags = ordered_json::object();
-  for (const auto& [tag, count] : report.tags) tags[tag] = count;
-  return {{"file", name},
-          {"dimension", dimension},
-          {"nodes", nodes},
-          {"edges", edges},
-          {"priors", priors},
-          {"bytes", report.bytes},
-          {"lines", report.lines},
-          {"tags", tags},
-          {"unknown_lines", report.unknown},
-          {"landmark_lines", report.landmarks},
-          {"duplicate_vertices", report.duplicate_vertices},
-          {"normalized_quaternions", report.normalized_quaternions},
-          {"semidefinite_informations", report.semidefinite_informations},
-          {"projected_informations", report.projected_informations},
-          {"created_nodes", report.created_nodes},
-          {"edges_only", report.edges_only},
-          {"warnings", report.warnings}};
-}
-
-ordered_json ResultJson(const hpgo::FullSolveReport& report) {
-  ordered_json candidates = ordered_json::array();
-  for (const hpgo::InitCandidate& candidate : report.candidates) {
-    ordered_json entry = {{"method", hpgo::InitMethodName(candidate.method)},
-                          {"seconds", candidate.seconds}};
-    if (candidate.status.ok()) {
-      entry["cost"] = candidate.cost;
-      if (candidate.solved) {
-        entry["end_cost"] = candidate.end_cost;
-        entry["iterations"] = candidate.iterations;
-      }
-    } else {
-      entry["error"] = candidate.status.message();
-    }
-    candidates.push_back(entry);
-  }
-  return {{"status", report.status.ToString()},
-          {"converged", report.converged},
-          {"engine", FLAGS_engine},
-          {"error", FLAGS_error},
-          {"loss", FLAGS_loss},
-          {"loss_scale", FLAGS_loss_scale},
-          {"loss_on", FLAGS_loss_on},
-          {"components", report.components},
-          {"loop_closures", report.loop_closures},
-          {"held_nodes", report.held_nodes},
-          {"anchored_nodes", report.anchored},
-          {"undetermined_nodes", report.undetermined.size()},
-          {"first_undetermined_node", report.undetermined.empty()
-                                          ? ordered_json(nullptr)
-                                          : ordered_json(report.undetermined.front())},
-          {"init", hpgo::InitMethodName(report.init)},
-          {"init_candidates", candidates},
-          {"runs", report.runs},
-          {"chi2_before", report.chi2_before},
-          {"chi2_start", report.chi2_start},
-          {"chi2_after", report.chi2_after},
-          {"cost_before", report.cost_before},
-          {"cost_start", report.cost_start},
-          {"cost_after", report.cost_after},
-          {"iterations", report.iterations},
-          {"seconds",
-           {{"init", report.init_seconds},
-            {"solve", report.solve_seconds},
-            {"total", report.seconds}}}};
-}
-
 // Optimizes `graph` and writes; `json` gets what --stats_json prints. `write` brings the result
 // into the file.
 template <typename G>
@@ -277,10 +165,16 @@ int Run(const std::vector<std::string>& arguments) {
       [&](auto& graph_file) {
         const auto& graph = graph_file.graph;
         using G = typename std::decay_t<decltype(graph)>::Group;
-        DescribeInput(input, graph, report, read_seconds);
+        InputFigures figures;
+        figures.name = input;
+        figures.dimension = G::kDim;
+        figures.nodes = graph.nodes().size();
+        figures.edges = graph.edges().size();
+        figures.priors = graph.priors().size();
+        figures.seconds = read_seconds;
+        DescribeInput(figures, report);
         ordered_json json;
-        json["input"] = InputJson(input, G::kDim, graph.nodes().size(), graph.edges().size(),
-                                  graph.priors().size(), report);
+        json["input"] = InputJson(figures, report);
         const std::string misfit = DofMisfit(G::kDim, input);
         if (!misfit.empty()) return FailUsage(misfit);
         const int exit_code = OptimizeFile(input, options, &graph_file, &json);

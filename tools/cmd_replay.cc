@@ -1,5 +1,4 @@
 #include <chrono>
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
@@ -19,6 +18,7 @@
 #include "tools/replay_flags.h"
 #include "tools/replay_report.h"
 #include "tools/replay_run.h"
+#include "tools/replay_verdict.h"
 #include "tools/signals.h"
 #include "tools/upright_file.h"
 
@@ -26,52 +26,6 @@ namespace hpgo_cli {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// True if a gap is above the threshold or could not be found.
-bool MissesThreshold(const ReplayResult& result) {
-  if (!(FLAGS_compare_threshold >= 0)) return false;
-  bool misses = !result.comparison_failure.ok();
-  const auto check = [&misses](const FullComparison& comparison) {
-    if (comparison.gap_percent <= FLAGS_compare_threshold) return;
-    misses = true;
-    Error("the gap at " + FormatAs("%.4g", comparison.percent) + " %, " +
-          FormatAs("%.4g", comparison.gap_percent) + " %, is above " +
-          FormatAs("%g", FLAGS_compare_threshold) + " %");
-  };
-  for (const FullComparison& comparison : result.comparisons) check(comparison);
-  for (const FullComparison& comparison : result.closures.comparisons) check(comparison);
-  if (result.refine.has_value() && result.refine->after.has_value()) check(*result.refine->after);
-  return misses;
-}
-
-// Warns of what went wrong; the exit code of a replay that came to a result.
-int Judge(const ReplayFigures& figures) {
-  const ReplayResult& result = figures.result;
-  if (result.failed_updates > 0) {
-    Warn(Plural(result.failed_updates, "update") +
-         " failed and changed nothing; the first: " + result.first_failure.message());
-  }
-  if (!result.comparison_failure.ok()) {
-    Warn("no full optimum to compare with: " + result.comparison_failure.message());
-  }
-  if (!figures.recovery_failure.ok()) {
-    Warn("the far-off closure failed: " + figures.recovery_failure.message());
-  }
-  if (result.refine.has_value() && !(result.refine->cost_after <= result.refine->cost_before)) {
-    Warn("refining raised the cost from " + FormatNumber(result.refine->cost_before) + " to " +
-         FormatNumber(result.refine->cost_after));
-  }
-  if (!std::isfinite(figures.cost)) {
-    Error("the cost of the estimate is not a number");
-    return kExitNoSolution;
-  }
-  if (result.interrupted) {
-    Warn("interrupted after " + Plural(result.steps, "node") + "; the result is of those");
-    return kExitInterrupted;
-  }
-  if (MissesThreshold(result)) return kExitComparison;
-  return result.failed_updates > 0 || !figures.recovery_failure.ok() ? kExitLimit : kExitOk;
-}
 
 // The file with the estimate in place of its poses; after an interrupted replay the nodes so far.
 template <typename G>
@@ -180,7 +134,7 @@ int ReplayGraph(const std::string& input, ReplaySettings settings, const hpgo::P
   const bool stdout_taken = FLAGS_output == "-" || FLAGS_stats_csv == "-" ||
                             FLAGS_stats_json == "-" || FLAGS_chart == "-";
   PrintReplay(figures, stdout_taken ? Message : Print);
-  const int exit_code = Judge(figures);
+  const int exit_code = JudgeReplay(figures);
   const hpgo::Status written = WriteResults(figures, exit_code, estimate, file);
   return written.ok() ? exit_code : Fail(written);
 }

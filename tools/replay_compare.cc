@@ -107,6 +107,14 @@ double GapPercent(double cost, double optimum, std::int64_t edges) {
   return 100 * (cost - optimum) / std::max(optimum, floor);
 }
 
+void ShareOptimum(FullComparison* a, FullComparison* b) {
+  const double optimum = std::min(a->optimum, b->optimum);
+  for (FullComparison* comparison : {a, b}) {
+    comparison->optimum = optimum;
+    comparison->gap_percent = GapPercent(comparison->cost, optimum, comparison->edges);
+  }
+}
+
 template <typename G>
 hpgo::Result<FullComparison> CompareWithFull(const hpgo::Optimizer<G>& optimizer,
                                              const LossChoice& loss) {

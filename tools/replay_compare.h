@@ -35,6 +35,10 @@ std::shared_ptr<const ceres::LossFunction> MakeSharedLoss(const LossChoice& choi
 // without noise has a gap too. Not a number where the cost is not one.
 double GapPercent(double cost, double optimum, std::int64_t edges);
 
+// Gives two estimates of one graph the lower optimum: a solve from the better one may find a better
+// one.
+void ShareOptimum(FullComparison* a, FullComparison* b);
+
 // Solves the graph to its optimum from the estimate and from a chordal start; the estimate itself
 // is the optimum where its cost is not above theirs. kNoSolution if both fail, kInterrupted if the
 // user interrupts.

@@ -4,14 +4,13 @@
 #include <time.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
-#include "glog/logging.h"
 #include "hpgo/io/output_file.h"
 #include "hpgo/io/state_file.h"
 #include "hpgo/replay.h"
 #include "tools/console.h"
+#include "tools/replay_comparisons.h"
 #include "tools/signals.h"
 
 namespace hpgo_cli {
@@ -62,7 +61,7 @@ class Replay {
         optimizer_(*optimizer),
         steps_(hpgo::ReplaySteps(graph)),
         loss_(MakeSharedLoss(settings.loss)),
-        reference_(graph, settings.loss) {
+        comparisons_(graph, settings, *optimizer, &result_) {
     limits_.max_seconds = settings.update_seconds;
     limits_.cancel = &CancelFlag();
     if (!settings.stats_csv.empty()) {
@@ -75,7 +74,7 @@ class Replay {
     first_counted_ = settings.measure_mode.has_value()
                          ? first_measured_
                          : static_cast<std::size_t>(settings.stats_from * count);
-    compared_closures_ = ClosuresToCompare();
+    comparisons_.SetClosures(ClosuresToCompare());
     if (settings.stale_poses > 0) client_poses_.resize(graph.nodes().size());
   }
 
@@ -113,7 +112,7 @@ class Replay {
                         Plural(edges, "edge") + ", are in it");
     }
     result_.steps = static_cast<std::int64_t>(first_step_);
-    while (IsComparisonDue(first_step_)) ++next_comparison_;
+    comparisons_.SkipTo(first_step_);
     return Status::Ok();
   }
 
@@ -140,15 +139,14 @@ class Replay {
       const Moment after;
       AddTimes(before, after, insert_seconds, report, &sample);
       sample.closes_loop |= step.closes_loop();
-      if (!compared_closures_.empty()) status = reference_.Add(step);
+      status = comparisons_.Add(step);
       if (!status.ok()) return status;
       result_.steps = static_cast<std::int64_t>(k) + 1;
       if (due) {
         Record(k, report, &sample);
         shown_ms += 0.05 * (sample.wall_ms - shown_ms);
-        CompareIfClosing(sample.closes_loop);
+        comparisons_.AfterUpdate(k + 1, sample.closes_loop);
         sample = UpdateSample();
-        CompareIfDue(k + 1);
         if (settings_.stale_poses > 0 && result_.updates % settings_.stale_poses == 0) {
           status = TakePoses(k + 1);
           if (!status.ok()) return status;
@@ -240,50 +238,6 @@ class Replay {
     csv_->FlushIfLarge();
   }
 
-  void CompareIfClosing(bool closes_loop) {
-    if (!closes_loop) return;
-    const std::int64_t number = result_.closures.closing_updates++;
-    std::vector<FullComparison>& done = result_.closures.comparisons;
-    if (next_closure_ == compared_closures_.size() || CancelFlag()) return;
-    if (compared_closures_[next_closure_] != number) return;
-    ++next_closure_;
-    const std::optional<FullComparison> comparison = Accept(reference_.Compare(optimizer_));
-    if (!comparison.has_value()) return;
-    done.push_back(*comparison);
-    done.back().percent = 100.0 * static_cast<double>(comparison->nodes) / steps_.size();
-  }
-
-  bool IsComparisonDue(std::size_t nodes) const {
-    if (next_comparison_ == settings_.compare_at.size()) return false;
-    const double share = settings_.compare_at[next_comparison_] / 100;
-    return static_cast<double>(nodes) >= share * static_cast<double>(steps_.size());
-  }
-
-  // At the first update with so many percent of the nodes.
-  void CompareIfDue(std::size_t nodes) {
-    while (IsComparisonDue(nodes) && !CancelFlag()) {
-      const double percent = settings_.compare_at[next_comparison_++];
-      const std::optional<FullComparison> comparison = Compare(percent);
-      if (comparison.has_value()) result_.comparisons.push_back(*comparison);
-    }
-  }
-
-  std::optional<FullComparison> Compare(double percent) {
-    std::optional<FullComparison> comparison = Accept(CompareWithFull(optimizer_, settings_.loss));
-    if (comparison.has_value()) comparison->percent = percent;
-    return comparison;
-  }
-
-  // Notes a failure.
-  std::optional<FullComparison> Accept(const hpgo::Result<FullComparison>& comparison) {
-    if (comparison.ok()) return *comparison;
-    const bool interrupted = comparison.status().code() == StatusCode::kInterrupted;
-    if (!interrupted && result_.comparison_failure.ok()) {
-      result_.comparison_failure = comparison.status();
-    }
-    return std::nullopt;
-  }
-
   void Refine() {
     RefineResult refine;
     refine.cost_before = optimizer_.Cost();
@@ -294,14 +248,9 @@ class Replay {
     limits.cancel = &CancelFlag();
     refine.report = optimizer_.Refine(limits);
     refine.cost_after = optimizer_.Cost();
-    if (!CancelFlag()) refine.after = Compare(100);
-    // One optimum for both: a solve from the better estimate may find a better one.
+    if (!CancelFlag()) refine.after = comparisons_.Compare(100);
     if (refine.before.has_value() && refine.after.has_value()) {
-      for (FullComparison* comparison : {&*refine.before, &*refine.after}) {
-        comparison->optimum = std::min(refine.before->optimum, refine.after->optimum);
-        comparison->gap_percent =
-            GapPercent(comparison->cost, comparison->optimum, comparison->edges);
-      }
+      ShareOptimum(&*refine.before, &*refine.after);
     }
     result_.refine = refine;
   }
@@ -316,12 +265,9 @@ class Replay {
   std::size_t first_step_ = 0;
   std::size_t first_measured_ = 0;  // steps in measure_mode
   std::size_t first_counted_ = 0;   // steps in the statistics
-  std::size_t next_comparison_ = 0;
-  ClosureReference<G> reference_;
-  std::vector<std::int64_t> compared_closures_;
-  std::size_t next_closure_ = 0;  // of those
-  std::vector<G> client_poses_;   // by index in graph_, with stale_poses
+  std::vector<G> client_poses_;     // by index in graph_, with stale_poses
   ReplayResult result_;
+  ReplayComparisons<G> comparisons_;
 };
 
 }  // namespace
