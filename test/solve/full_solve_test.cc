@@ -1,10 +1,11 @@
+// Full solves: the optimum that they reach.
+
 #include "hpgo/solve/full_solve.h"
 
 #include <cmath>
-#include <cstring>
-#include <limits>
 #include <string>
 
+#include "full_solve_checks.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "hpgo/solve/solver_factory.h"
@@ -16,13 +17,6 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
-
-constexpr Engine kEngines[] = {Engine::kCeres, Engine::kBlock};
-
-template <typename G>
-bool SameBits(const G& a, const G& b) {
-  return std::memcmp(a.data(), b.data(), sizeof(double) * G::kParams) == 0;
-}
 
 template <typename G>
 void ForgetPoses(PoseGraph<G>* graph) {
@@ -262,219 +256,11 @@ TYPED_TEST(FullSolveTest, AFullPriorIsWeighedAgainstTheEdges) {
   EXPECT_NEAR(report.chi2_after, 3.0 / 7, 1e-9);
 }
 
-TYPED_TEST(FullSolveTest, ARobustLossOnClosuresOvercomesOutliers) {
-  using G = TypeParam;
-  KnownGraph<G> known = MakeKnownGraph<G>(60, 0.01, 8);
-  for (std::size_t k = 0; k < known.graph.edges().size(); ++k) {
-    known.graph.edge(k).information = 1e4 * G::Matrix::Identity();
-  }
-  std::mt19937_64 rng(8);
-  for (int k = 0; k < 6; ++k) {
-    GraphEdge<G> wrong;
-    wrong.i = 8 * k;
-    wrong.j = 8 * k + 15;
-    wrong.measurement = RandomPose<G>(&rng, 8, 2);
-    wrong.information = 1e4 * G::Matrix::Identity();
-    ASSERT_TRUE(known.graph.AddEdge(wrong).ok());
-  }
-  PoseGraph<G> plain = known.graph;
-  EXPECT_TRUE(SolveFull(FullSolveOptions(), &plain).status.ok());
-  EXPECT_GT(LargestDistance(plain, known.truth), 1);
-  for (const Engine engine : kEngines) {
-    for (const char* loss : {"cauchy", "geman_mcclure", "dcs", "tukey"}) {
-      SCOPED_TRACE(std::string(EngineName(engine)) + " " + loss);
-      PoseGraph<G> robust = known.graph;
-      FullSolveOptions options;
-      options.engine = engine;
-      options.loss = loss;
-      options.loss_scale = 5;
-      const FullSolveReport report = SolveFull(options, &robust);
-      ASSERT_TRUE(report.status.ok()) << report.status.ToString();
-      EXPECT_LT(LargestDistance(robust, known.truth), 0.15);
-      EXPECT_LT(report.cost_after, report.chi2_after);
-      EXPECT_LE(report.cost_after, report.cost_start);
-    }
-  }
-}
-
-TYPED_TEST(FullSolveTest, TheScopeOfTheLossDecidesAboutOdometry) {
-  // Two nodes, one odometry edge off by 10 from a prior-like fixed pair: only "all" softens it.
-  using G = TypeParam;
-  PoseGraph<G> graph;
-  for (const NodeId id : {1, 2}) {
-    GraphNode<G> node;
-    node.id = id;
-    node.fixed = true;
-    ASSERT_TRUE(graph.AddNode(node).ok());
-  }
-  GraphEdge<G> edge;
-  edge.j = 1;
-  edge.measurement.translation()(0) = 10;
-  ASSERT_TRUE(graph.AddEdge(edge).ok());
-  FullSolveOptions options;
-  options.loss = "huber";
-  FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_TRUE(report.converged);
-  EXPECT_NEAR(report.cost_after, 100, 1e-9);
-  options.loss_on = LossScope::kAllEdges;
-  report = SolveFull(options, &graph);
-  EXPECT_NEAR(report.cost_after, 19, 1e-9);  // 2 * 10 - 1
-  EXPECT_NEAR(report.chi2_after, 100, 1e-9);
-}
-
-TYPED_TEST(FullSolveTest, CancelledBeforeItBeginsNothingChanges) {
-  PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 9).graph;
-  const PoseGraph<TypeParam> before = graph;
-  const std::atomic<bool> cancel(true);
-  FullSolveOptions options;
-  options.cancel = &cancel;
-  const FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
-  for (int k = 0; k < 30; ++k) {
-    EXPECT_TRUE(SameBits(graph.nodes()[k].pose, before.nodes()[k].pose));
-  }
-}
-
-TYPED_TEST(FullSolveTest, CancelledOnTheWayTheBestSoFarIsKept) {
-  for (const Engine engine : kEngines) {
-    SCOPED_TRACE(EngineName(engine));
-    PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(30, 0.05, 10).graph;
-    std::atomic<bool> cancel(false);
-    FullSolveOptions options;
-    options.engine = engine;
-    options.init = InitMethod::kFile;
-    options.cancel = &cancel;
-    double last_cost = -1;
-    options.progress = [&](int iteration, double cost) {
-      EXPECT_EQ(iteration, 1);
-      last_cost = cost;
-      cancel = true;
-    };
-    const FullSolveReport report = SolveFull(options, &graph);
-    EXPECT_EQ(report.status.code(), StatusCode::kInterrupted);
-    EXPECT_EQ(report.iterations, 1);
-    EXPECT_LT(report.cost_after, report.cost_before);
-    EXPECT_NEAR(report.cost_after, last_cost, 1e-9 * last_cost);
-    FullSolveOptions evaluate;
-    evaluate.max_iterations = 0;
-    evaluate.init = InitMethod::kFile;
-    EXPECT_NEAR(SolveFull(evaluate, &graph).chi2_before, report.chi2_after,
-                1e-12 * report.chi2_after);
-  }
-}
-
-TYPED_TEST(FullSolveTest, ALimitLeavesAUsableResult) {
-  const PoseGraph<TypeParam> input = MakeKnownGraph<TypeParam>(30, 0.05, 11).graph;
-  for (const Engine engine : kEngines) {
-    SCOPED_TRACE(EngineName(engine));
-    FullSolveOptions options;
-    options.engine = engine;
-    options.init = InitMethod::kFile;
-    options.max_seconds = 0;
-    PoseGraph<TypeParam> graph = input;
-    FullSolveReport report = SolveFull(options, &graph);
-    EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-    EXPECT_FALSE(report.converged);
-    EXPECT_LE(report.iterations, 1);
-
-    options = FullSolveOptions();
-    options.engine = engine;
-    options.init = InitMethod::kFile;
-    options.max_iterations = 1;
-    graph = input;
-    report = SolveFull(options, &graph);
-    EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-    EXPECT_FALSE(report.converged);
-    EXPECT_EQ(report.iterations, 1);
-    EXPECT_LT(report.chi2_after, report.chi2_before);
-  }
-}
-
 TYPED_TEST(FullSolveTest, EqualInputsGiveEqualBits) {
   PoseGraph<TypeParam> a = MakeKnownGraph<TypeParam>(50, 0.1, 12).graph, b = a;
   EXPECT_EQ(SolveFull(FullSolveOptions(), &a).chi2_after,
             SolveFull(FullSolveOptions(), &b).chi2_after);
   for (int k = 0; k < 50; ++k) EXPECT_TRUE(SameBits(a.nodes()[k].pose, b.nodes()[k].pose)) << k;
-}
-
-TYPED_TEST(FullSolveTest, GraphsWithNothingToMove) {
-  PoseGraph<TypeParam> empty;
-  FullSolveReport report = SolveFull(FullSolveOptions(), &empty);
-  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_TRUE(report.converged);
-  EXPECT_EQ(report.components, 0);
-  EXPECT_EQ(report.chi2_after, 0);
-
-  PoseGraph<TypeParam> one;
-  GraphNode<TypeParam> node;
-  node.has_pose = false;
-  ASSERT_TRUE(one.AddNode(node).ok());
-  report = SolveFull(FullSolveOptions(), &one);
-  EXPECT_TRUE(report.status.ok()) << report.status.ToString();
-  EXPECT_TRUE(one.nodes()[0].has_pose);
-  EXPECT_TRUE(SameBits(one.nodes()[0].pose, TypeParam()));
-}
-
-TYPED_TEST(FullSolveTest, UnusableValuesAreNamedAndNothingChanges) {
-  const PoseGraph<TypeParam> good = MakeKnownGraph<TypeParam>(5, 0.05, 13, 100).graph;
-  const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto message = [](PoseGraph<TypeParam> graph) {
-    const PoseGraph<TypeParam> before = graph;
-    const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
-    EXPECT_EQ(report.status.code(), StatusCode::kInvalidArgument);
-    for (std::size_t k = 0; k < before.nodes().size(); ++k) {
-      EXPECT_TRUE(SameBits(graph.nodes()[k].pose, before.nodes()[k].pose)) << k;
-    }
-    return report.status.message();
-  };
-  PoseGraph<TypeParam> graph = good;
-  graph.node(2).pose.translation()(1) = nan;
-  EXPECT_EQ(message(graph), "node 102: the pose is not finite");
-  graph = good;
-  graph.edge(1).measurement.translation()(0) = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(message(graph), "edge 101 -> 102: the measurement is not finite");
-  graph = good;
-  graph.edge(3).information(1, 1) = nan;
-  EXPECT_EQ(message(graph), "edge 103 -> 104: information is not finite");
-  graph = good;
-  graph.edge(0).information(0, 1) += 1;
-  EXPECT_EQ(message(graph), "edge 100 -> 101: information is not symmetric");
-  graph = good;
-  graph.edge(0).information = TypeParam::Matrix::Identity();
-  graph.edge(0).information(0, 0) = -2;
-  EXPECT_EQ(message(graph),
-            "edge 100 -> 101: information is not positive semi-definite, smallest eigenvalue -2");
-  graph = good;
-  GraphPrior<TypeParam> prior;
-  prior.node = 4;
-  prior.offset.translation()(0) = nan;
-  ASSERT_TRUE(graph.AddPrior(prior).ok());
-  EXPECT_EQ(message(graph), "prior of node 104: the offset is not finite");
-}
-
-TEST(FullSolveOptionsTest, UnusableOptionsAreNamed) {
-  PoseGraph2d graph;
-  FullSolveOptions options;
-  options.loss = "soft";
-  FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_EQ(report.status.code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(report.status.message(),
-            "unknown loss \"soft\"; known: none, huber, cauchy, tukey, geman_mcclure (gm), dcs");
-  options = FullSolveOptions();
-  options.max_iterations = -1;
-  EXPECT_EQ(SolveFull(options, &graph).status.message(),
-            "max_iterations is -1, must not be negative");
-  options = FullSolveOptions();
-  options.max_seconds = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_EQ(SolveFull(options, &graph).status.message(),
-            "max_seconds is nan, must not be negative");
-}
-
-TEST(FullSolveSe3Test, AZeroQuaternionIsNamed) {
-  PoseGraph3d graph = MakeKnownGraph<SE3>(4, 0.05, 14).graph;
-  graph.node(3).pose.rotation().coeffs().setZero();
-  EXPECT_EQ(SolveFull(FullSolveOptions(), &graph).status.message(),
-            "node 3: the pose has a zero quaternion");
 }
 
 }  // namespace
