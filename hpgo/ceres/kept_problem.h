@@ -111,8 +111,4 @@ class KeptProblemOf final : public KeptProblem {
   int sampled_ = 0, matches_[3] = {};
 };
 
-// A number that tells one cost and loss from others, by their values at a few points: pointers that
-// are freed recur. O(1).
-std::uint64_t Fingerprint(const ceres::CostFunction& cost, const ceres::LossFunction* loss);
-
 }  // namespace hpgo

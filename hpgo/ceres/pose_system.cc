@@ -8,7 +8,7 @@
 #include "Eigen/Core"
 #include "ceres/cost_function.h"
 #include "ceres/loss_function.h"
-#include "ceres/manifold.h"
+#include "hpgo/ceres/free_blocks.h"
 #include "hpgo/solve/block_cholesky.h"
 
 namespace hpgo {
@@ -16,68 +16,17 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-template <int Rows, int Cols>
-using RowMajor = Eigen::Matrix<double, Rows, Cols, Cols == 1 ? Eigen::ColMajor : Eigen::RowMajor>;
-
-// A block that moves.
-struct FreeBlock {
-  int size = 0, tangent = 0;
-  int offset = 0;  // of its values
-  int step_at = 0;
-  int jacobian_at = -1;  // of its PlusJacobian; -1: the identity
-  const ceres::Manifold* manifold = nullptr;
-};
-
-// out (m rows, column-major with m rows a column) = J P, with J m x Size and P Size x Tangent,
-// row-major.
-template <int Size, int Tangent>
-void MultiplyFixed(int m, const double* J, const double* P, double* out) {
-  const Eigen::Map<const RowMajor<Size, Tangent>> p(P);
-  for (int r = 0; r < m; ++r) {
-    const Eigen::Matrix<double, 1, Tangent> row =
-        Eigen::Map<const Eigen::Matrix<double, 1, Size>>(J + r * Size) * p;
-    for (int c = 0; c < Tangent; ++c) out[c * m + r] = row(c);
-  }
-}
-
-void MultiplyAny(int m, int size, int tangent, const double* J, const double* P, double* out) {
-  for (int r = 0; r < m; ++r) {
-    for (int c = 0; c < tangent; ++c) {
-      double sum = 0;
-      for (int k = 0; k < size; ++k) sum += J[r * size + k] * P[k * tangent + c];
-      out[c * m + r] = sum;
-    }
-  }
-}
-
-void ToLocal(int m, const FreeBlock& block, const double* J, const double* P, double* out) {
-  if (block.jacobian_at < 0) {
-    for (int r = 0; r < m; ++r) {
-      for (int c = 0; c < block.size; ++c) out[c * m + r] = J[r * block.size + c];
-    }
-  } else if (block.size == 7 && block.tangent == 6) {
-    MultiplyFixed<7, 6>(m, J, P, out);
-  } else if (block.size == 4 && block.tangent == 3) {
-    MultiplyFixed<4, 3>(m, J, P, out);
-  } else if (block.size == 3 && block.tangent == 3) {
-    MultiplyFixed<3, 3>(m, J, P, out);
-  } else {
-    MultiplyAny(m, block.size, block.tangent, J, P, out);
-  }
-}
-
 // D: the size of the Hessian's blocks. Poses of fewer degrees of freedom are padded with ones on
 // the diagonal.
 template <int D>
 class PoseSystemOf final : public PoseSystem {
  public:
   PoseSystemOf(const ProblemView& problem, const PoseBlocks& poses)
-      : problem_(problem), poses_(poses) {
+      : problem_(problem), free_(problem, poses, D) {
     CopyValues();
-    NumberPoses();
     SortResiduals();
     FindPairs();
-    cholesky_.Analyze(num_poses_, pairs_);
+    cholesky_.Analyze(free_.num_poses(), pairs_);
   }
 
   double FixedCost() override {
@@ -87,13 +36,13 @@ class PoseSystemOf final : public PoseSystem {
   }
 
   double Linearize() override {
-    UpdatePlusJacobians();
+    free_.UpdatePlusJacobians(values_);
     cholesky_.SetZero();
-    gradient_.assign(static_cast<std::size_t>(num_poses_) * D, 0.);
+    gradient_.assign(static_cast<std::size_t>(free_.num_poses()) * D, 0.);
     double cost = 0;
     for (const Active& active : active_) cost += Add(active);
-    bool finite = std::isfinite(cost) && MeasureGradient();
-    for (int p = 0; p < num_poses_; ++p) {
+    bool finite = std::isfinite(cost) && free_.Measure(values_, gradient_, &gradient_norms_);
+    for (int p = 0; p < free_.num_poses(); ++p) {
       Block block(cholesky_.Diagonal(p));
       finite &= block.allFinite();
       // Padding, and what nothing measures: it stays where it is.
@@ -104,8 +53,8 @@ class PoseSystemOf final : public PoseSystem {
     return finite ? cost / 2 : kNaN;
   }
 
-  double gradient_norm() const override { return gradient_norm_; }
-  double gradient_max_norm() const override { return gradient_max_norm_; }
+  double gradient_norm() const override { return gradient_norms_.norm; }
+  double gradient_max_norm() const override { return gradient_norms_.max_norm; }
   bool Factorize(double damping) override { return cholesky_.Factor(damping); }
 
   double FindStep(double damping) override {
@@ -113,7 +62,7 @@ class PoseSystemOf final : public PoseSystem {
     for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient_[k];
     cholesky_.Solve(step_.data());
     double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
-    for (int p = 0; p < num_poses_; ++p) {
+    for (int p = 0; p < free_.num_poses(); ++p) {
       const Eigen::Map<const Vector> d(&step_[static_cast<std::size_t>(p) * D]);
       descent -= d.dot(Eigen::Map<const Vector>(&gradient_[static_cast<std::size_t>(p) * D]));
       scaled += d.dot(Block(cholesky_.Diagonal(p)).diagonal().cwiseProduct(d));
@@ -124,43 +73,25 @@ class PoseSystemOf final : public PoseSystem {
   double Slope() const override { return slope_; }
 
   double Try(double part) override {
-    trial_ = values_;
-    double step = 0, value = 0;
-    for (const FreeBlock& block : free_) {
-      const double* x = &values_[block.offset];
-      double* y = &trial_[block.offset];
-      delta_.resize(block.tangent);
-      for (int c = 0; c < block.tangent; ++c) delta_[c] = part * step_[block.step_at + c];
-      if (block.manifold == nullptr) {
-        for (int c = 0; c < block.size; ++c) y[c] = x[c] + delta_[c];
-      } else if (!block.manifold->Plus(x, delta_.data(), y)) {
-        return kNaN;
-      }
-      for (int c = 0; c < block.size; ++c) {
-        step += (y[c] - x[c]) * (y[c] - x[c]);
-        value += x[c] * x[c];
-      }
-    }
-    step_norm_ = std::sqrt(step);
-    value_norm_ = std::sqrt(value);
-    if (!std::isfinite(step)) return kNaN;
+    if (!free_.Move(values_, step_, part, &trial_, &norms_)) return kNaN;
+    if (!std::isfinite(norms_.step)) return kNaN;
     double cost = 0;
     for (const Active& active : active_) cost += Evaluate(active.residual, trial_.data());
     return cost / 2;
   }
 
-  double step_norm() const override { return step_norm_; }
-  double value_norm() const override { return value_norm_; }
+  double step_norm() const override { return norms_.step; }
+  double value_norm() const override { return norms_.value; }
   void Accept() override { values_.swap(trial_); }
-  void WriteBack() const override { Write(values_); }
-  void WriteBackInitial() const override { Write(initial_); }
+  void WriteBack() const override { free_.Write(values_); }
+  void WriteBackInitial() const override { free_.Write(initial_); }
 
   int num_active_residual_blocks() const override { return static_cast<int>(active_.size()); }
   int num_active_residuals() const override { return num_residuals_; }
-  int num_active_blocks() const override { return static_cast<int>(free_.size()); }
-  int num_active_parameters() const override { return Sum(&FreeBlock::size); }
-  int num_active_dof() const override { return Sum(&FreeBlock::tangent); }
-  int num_free_poses() const override { return num_poses_; }
+  int num_active_blocks() const override { return free_.num_blocks(); }
+  int num_active_parameters() const override { return free_.num_parameters(); }
+  int num_active_dof() const override { return free_.num_dof(); }
+  int num_free_poses() const override { return free_.num_poses(); }
 
  private:
   using Block = Eigen::Map<Eigen::Matrix<double, D, D>>;
@@ -174,50 +105,12 @@ class PoseSystemOf final : public PoseSystem {
     int row = 1;  // which of the two is the row of the pair's block
   };
 
-  int Sum(int FreeBlock::*field) const {
-    int sum = 0;
-    for (const FreeBlock& block : free_) sum += block.*field;
-    return sum;
-  }
-
-  void Write(const std::vector<double>& values) const {
-    for (std::size_t b = 0; b < problem_.blocks().size(); ++b) {
-      const BlockView& block = problem_.blocks()[b];
-      if (free_of_[b] >= 0) std::copy_n(&values[block.offset], block.size, block.values);
-    }
-  }
-
   void CopyValues() {
     values_.resize(problem_.num_values());
     for (const BlockView& block : problem_.blocks()) {
       std::copy_n(block.values, block.size, values_.begin() + block.offset);
     }
     initial_ = values_;
-  }
-
-  void NumberPoses() {
-    free_of_.assign(problem_.blocks().size(), -1);
-    node_of_.assign(poses_.num_poses(), -1);
-    int jacobian_at = 0;
-    for (std::size_t b = 0; b < problem_.blocks().size(); ++b) {
-      const BlockView& view = problem_.blocks()[b];
-      if (view.constant || !view.used) continue;
-      int& node = node_of_[poses_.pose_of[b]];
-      if (node < 0) node = num_poses_++;
-      FreeBlock block;
-      block.size = view.size;
-      block.tangent = view.tangent;
-      block.offset = view.offset;
-      block.step_at = node * D + poses_.column_of[b];
-      block.manifold = view.manifold;
-      if (view.manifold != nullptr) {
-        block.jacobian_at = jacobian_at;
-        jacobian_at += view.size * view.tangent;
-      }
-      free_of_[b] = static_cast<int>(free_.size());
-      free_.push_back(block);
-    }
-    plus_jacobians_.resize(jacobian_at);
   }
 
   void SortResiduals() {
@@ -230,9 +123,9 @@ class PoseSystemOf final : public PoseSystem {
       int size = 0;
       for (int k = 0; k < view.count; ++k) {
         const int b = problem_.BlockOf(view, k);
-        if (free_of_[b] < 0) continue;
+        if (free_.PlaceOf(b) < 0) continue;
         size += problem_.blocks()[b].size;
-        const int node = node_of_[poses_.pose_of[b]];
+        const int node = free_.PoseOf(b);
         if (active.pose[0] < 0) active.pose[0] = node;
         if (node != active.pose[0]) active.pose[1] = node;
       }
@@ -269,41 +162,6 @@ class PoseSystemOf final : public PoseSystem {
     }
   }
 
-  // As Ceres does: by how far the blocks go along the negative gradient. False if not finite.
-  bool MeasureGradient() {
-    double sum = 0;
-    gradient_max_norm_ = 0;
-    for (const FreeBlock& block : free_) {
-      const double* x = &values_[block.offset];
-      const double* g = &gradient_[block.step_at];
-      moved_.resize(block.size);
-      delta_.resize(block.tangent);
-      for (int c = 0; c < block.tangent; ++c) delta_[c] = -g[c];
-      if (block.manifold == nullptr) {
-        for (int c = 0; c < block.size; ++c) moved_[c] = x[c] - g[c];
-      } else if (!block.manifold->Plus(x, delta_.data(), moved_.data())) {
-        return false;
-      }
-      for (int c = 0; c < block.size; ++c) {
-        const double d = moved_[c] - x[c];
-        sum += d * d;
-        gradient_max_norm_ = std::max(gradient_max_norm_, std::abs(d));
-      }
-    }
-    gradient_norm_ = std::sqrt(sum);
-    return std::isfinite(sum);
-  }
-
-  void UpdatePlusJacobians() {
-    for (const FreeBlock& block : free_) {
-      if (block.manifold == nullptr) continue;
-      double* P = &plus_jacobians_[block.jacobian_at];
-      if (!block.manifold->PlusJacobian(&values_[block.offset], P)) {
-        std::fill_n(P, block.size * block.tangent, kNaN);
-      }
-    }
-  }
-
   const double* const* Parameters(const ResidualView& view, const double* values) {
     for (int k = 0; k < view.count; ++k) {
       parameters_[k] = values + problem_.blocks()[problem_.BlockOf(view, k)].offset;
@@ -329,7 +187,7 @@ class PoseSystemOf final : public PoseSystem {
     const int m = view.cost->num_residuals();
     double* J = jacobian_.data();
     for (int k = 0; k < view.count; ++k) {
-      const int f = free_of_[problem_.BlockOf(view, k)];
+      const int f = free_.PlaceOf(problem_.BlockOf(view, k));
       jacobians_[k] = f < 0 ? nullptr : J;
       if (f >= 0) J += m * free_[f].size;
     }
@@ -340,12 +198,11 @@ class PoseSystemOf final : public PoseSystem {
     std::fill_n(local_[0].begin(), m * D, 0.);
     if (active.pair >= 0) std::fill_n(local_[1].begin(), m * D, 0.);
     for (int k = 0; k < view.count; ++k) {
-      const int f = free_of_[problem_.BlockOf(view, k)];
+      const int f = free_.PlaceOf(problem_.BlockOf(view, k));
       if (f < 0) continue;
-      const FreeBlock& block = free_[f];
-      const int side = block.step_at / D != active.pose[0];
-      const double* P = block.jacobian_at < 0 ? nullptr : &plus_jacobians_[block.jacobian_at];
-      ToLocal(m, block, jacobians_[k], P, &local_[side][block.step_at % D * m]);
+      const int at = free_[f].step_at;
+      const int side = at / D != active.pose[0];
+      free_.ToLocal(m, f, jacobians_[k], &local_[side][at % D * m]);
     }
     double rho[3] = {Residuals(view).squaredNorm(), 1, 0};
     if (view.loss != nullptr) view.loss->Evaluate(rho[0], rho);
@@ -384,22 +241,19 @@ class PoseSystemOf final : public PoseSystem {
   }
 
   const ProblemView& problem_;
-  const PoseBlocks& poses_;
+  FreeBlocks free_;
   std::vector<double> initial_, values_, trial_;  // of all blocks
-  std::vector<int> free_of_;                      // by block: its place in free_; -1: it is held
-  std::vector<FreeBlock> free_;
-  std::vector<int> node_of_;  // by pose: its block row; -1: it is held
-  int num_poses_ = 0;
   std::vector<Active> active_;
   std::vector<int> fixed_;
   int num_residuals_ = 0;
   std::vector<std::pair<int, int>> pairs_;
   BlockCholesky<D> cholesky_;
-  std::vector<double> plus_jacobians_, gradient_, step_;
-  double gradient_norm_ = 0, gradient_max_norm_ = 0, step_norm_ = 0, value_norm_ = 0;
+  std::vector<double> gradient_, step_;
+  FreeBlocks::GradientNorms gradient_norms_;
+  FreeBlocks::Norms norms_;
   double slope_ = 0;
   // Workspace of one residual.
-  std::vector<double> residuals_, jacobian_, local_[2], delta_, moved_;
+  std::vector<double> residuals_, jacobian_, local_[2];
   std::vector<const double*> parameters_;
   std::vector<double*> jacobians_;
 };
