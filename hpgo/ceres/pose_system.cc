@@ -262,6 +262,7 @@ class PoseSystemOf final : public PoseSystem {
 
 std::unique_ptr<PoseSystem> MakePoseSystem(const ProblemView& problem, const PoseBlocks& poses) {
   if (poses.max_dof <= 3) return std::make_unique<PoseSystemOf<3>>(problem, poses);
+  if (poses.max_dof == 4) return std::make_unique<PoseSystemOf<4>>(problem, poses);
   return std::make_unique<PoseSystemOf<6>>(problem, poses);
 }
 
