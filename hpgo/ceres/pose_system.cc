@@ -70,6 +70,18 @@ class PoseSystemOf final : public PoseSystem {
     slope_ = -descent;
     return (descent + damping * scaled) / 2;
   }
+  double FindSecantStep(const SecantPairs& pairs) override {
+    step_ = gradient_;
+    pairs.Solve([this](double* x) { cholesky_.Solve(x); }, &step_);
+    slope_ = 0;
+    for (std::size_t k = 0; k < step_.size(); ++k) {
+      step_[k] = -step_[k];
+      slope_ += gradient_[k] * step_[k];
+    }
+    return -slope_ / 2;
+  }
+  const std::vector<double>& step() const override { return step_; }
+  const std::vector<double>& gradient() const override { return gradient_; }
   double Slope() const override { return slope_; }
 
   double Try(double part) override {

@@ -5,6 +5,7 @@
 
 #include "hpgo/ceres/pose_blocks.h"
 #include "hpgo/ceres/problem_view.h"
+#include "hpgo/ceres/secant_pairs.h"
 
 namespace hpgo {
 
@@ -28,7 +29,12 @@ class PoseSystem {
   virtual bool Factorize(double damping) = 0;
   // Finds the step of the damped system. By how much the model without damping decreases with it.
   virtual double FindStep(double damping) = 0;
-  // The derivative of the cost along that step, where it begins.
+  // The same with the matrix as the pairs correct it, without damping.
+  virtual double FindSecantStep(const SecantPairs& pairs) = 0;
+  // The step that was found and the gradient, as many numbers a pose that moves.
+  virtual const std::vector<double>& step() const = 0;
+  virtual const std::vector<double>& gradient() const = 0;
+  // The derivative of the cost along the step, where it begins.
   virtual double Slope() const = 0;
   // The cost after a part of the step; NaN as above.
   virtual double Try(double part) = 0;

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "glog/logging.h"
+#include "hpgo/ceres/secant_pairs.h"
 #include "hpgo/solve/damping.h"
 
 namespace hpgo {
@@ -25,6 +26,14 @@ double SecondsSince(Clock::time_point begin) {
   va_end(arguments);
   return text;
 }
+
+// Shares of what a step promises. A Gauss-Newton step that gains more says that the matrix is too
+// stiff: from there on pairs are kept. Elsewhere such steps converge faster than any learnt from.
+constexpr double kTooStiff = 1.05;
+// A step with what was learnt that gains less leads where the model is another: nothing is learnt;
+// and one that gains even less is not taken.
+constexpr double kLeastShareToLearn = 0.5;
+constexpr double kLeastShare = 0.1;
 
 class Minimizer {
  public:
@@ -152,17 +161,24 @@ class Minimizer {
       EndAfter("Trust region radius too small: the Hessian is not positive definite.");
       return;
     }
-    const double promised = system_.FindStep(damping_);
+    const bool learnt = damping_ == 0 && !pairs_.empty();
+    double promised = learnt ? system_.FindSecantStep(pairs_) : system_.FindStep(damping_);
     iteration_.step_solver_time_in_seconds = SecondsSince(iteration_begin_);
     summary_.linear_solver_time_in_seconds += iteration_.step_solver_time_in_seconds;
     ++summary_.num_linear_solves;
     iteration_.step_is_valid = true;
 
-    double predicted = promised;
-    double cost = Try(1);
+    double predicted = promised, part = 1;
+    double cost = Try(part);
+    if (learnt && !(cost_ - cost > kLeastShare * predicted)) {
+      pairs_.Clear();
+      predicted = promised = system_.FindStep(damping_);
+      cost = Try(part);
+    }
     if (!IsLower(cost, predicted) && damping_ == 0 && std::isfinite(cost)) {
-      const double part = BestStepLength(promised, cost - cost_);
-      if (part > kShortestStep) {
+      const double shorter = BestStepLength(promised, cost - cost_);
+      if (shorter > kShortestStep) {
+        part = shorter;
         predicted = promised * (2 * part - part * part);
         cost = Try(part);
       }
@@ -185,9 +201,11 @@ class Minimizer {
       EndAfter(Format("Parameter tolerance reached. Step norm: %e, tolerance: %e.",
                       system_.step_norm(), options_.parameter_tolerance));
     }
+    const bool learns = successful && Learns();
+    if (!learns) pairs_.Clear();
     if (successful) {
       damping_ = LessDamping(damping_, iteration_.relative_decrease);
-      Take(cost);
+      Take(cost, part, learns);
     } else {
       damping_ = MoreDamping(damping_, true);
       if (!ended_ && damping_ > kMaxDamping) {
@@ -195,6 +213,12 @@ class Minimizer {
       }
     }
     iteration_.trust_region_radius = Radius();
+  }
+
+  // Whether the step that was tried says something of the next one.
+  bool Learns() const {
+    const double least = pairs_.empty() ? kTooStiff : kLeastShareToLearn;
+    return damping_ == 0 && iteration_.relative_decrease > least;
   }
 
   bool Factorize() {
@@ -211,8 +235,14 @@ class Minimizer {
     return cost < cost_ || (cost <= cost_ + noise && predicted <= noise);
   }
 
-  void Take(double cost) {
+  void Take(double cost, double part, bool learns) {
     const double before = cost_;
+    std::vector<double> gradient, step;
+    if (learns) {
+      gradient = system_.gradient();
+      step = system_.step();
+      for (double& d : step) d *= part;
+    }
     system_.Accept();
     iteration_.step_is_successful = true;
     iteration_.cost = cost + fixed_cost_;
@@ -228,6 +258,7 @@ class Minimizer {
       return;
     }
     NoteGradient();
+    if (learns) pairs_.Add(step, gradient, system_.gradient());
   }
 
   void Print() const {
@@ -259,6 +290,7 @@ class Minimizer {
   ceres::IterationSummary iteration_;
   double cost_ = 0, fixed_cost_ = 0;
   double damping_ = 0;
+  SecantPairs pairs_;
   bool ended_ = false;
 };
 

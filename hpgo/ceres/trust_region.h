@@ -6,7 +6,8 @@
 
 namespace hpgo {
 
-// Gauss-Newton steps, shortened and damped where they do not lower the cost. Honours the limits,
+// Gauss-Newton steps, shortened and damped where they do not lower the cost, and corrected by what
+// the last ones were short of (SecantPairs). Honours the limits,
 // tolerances, callbacks, progress output and update_state_every_iteration of the options. Fills
 // what a minimizer does of the summary: termination, message, costs, iterations, their counts and
 // times. False, with nothing written, called or printed, if the costs cannot be evaluated at the
