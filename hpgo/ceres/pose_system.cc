@@ -61,15 +61,34 @@ class PoseSystemOf final : public PoseSystem {
     step_.resize(gradient_.size());
     for (std::size_t k = 0; k < step_.size(); ++k) step_[k] = -gradient_[k];
     cholesky_.Solve(step_.data());
-    double descent = 0, scaled = 0;  // -g'd and d' diag(H) d
+    scaled_.resize(step_.size());
+    double descent = squared_ = 0;  // -g'd and d'D d
     for (int p = 0; p < free_.num_poses(); ++p) {
-      const Eigen::Map<const Vector> d(&step_[static_cast<std::size_t>(p) * D]);
-      descent -= d.dot(Eigen::Map<const Vector>(&gradient_[static_cast<std::size_t>(p) * D]));
-      scaled += d.dot(Block(cholesky_.Diagonal(p)).diagonal().cwiseProduct(d));
+      const std::size_t at = static_cast<std::size_t>(p) * D;
+      const Eigen::Map<const Vector> d(&step_[at]);
+      Eigen::Map<Vector> scaled(&scaled_[at]);
+      scaled = Block(cholesky_.Diagonal(p)).diagonal().cwiseProduct(d);
+      descent -= d.dot(Eigen::Map<const Vector>(&gradient_[at]));
+      squared_ += d.dot(scaled);
     }
     slope_ = -descent;
-    return (descent + damping * scaled) / 2;
+    damping_share_ = damping * squared_ / (descent + damping * squared_);
+    return (descent + damping * squared_) / 2;
   }
+  double damping_share() const override { return damping_share_; }
+
+  // A Newton iteration on 1 / |d(damping)| (More and Sorensen, 1983) with |d|^2 = d' D d: an amount
+  // that suits one graph would freeze the long modes of another.
+  double DampingToShrink(double damping) override {
+    constexpr double kShrink = 0.3, kRounding = 1e-15;
+    std::vector<double> shifted = scaled_;
+    cholesky_.Solve(shifted.data());
+    double slope = 0;  // d' D (H + damping D)^-1 D d
+    for (std::size_t k = 0; k < shifted.size(); ++k) slope += scaled_[k] * shifted[k];
+    const double more = (1 / kShrink - 1) * squared_ / slope;
+    return std::max({10 * damping, std::isfinite(more) ? damping + more : 0, kRounding});
+  }
+
   double FindSecantStep(const SecantPairs& pairs) override {
     step_ = gradient_;
     pairs.Solve([this](double* x) { cholesky_.Solve(x); }, &step_);
@@ -83,10 +102,9 @@ class PoseSystemOf final : public PoseSystem {
   const std::vector<double>& step() const override { return step_; }
   const std::vector<double>& gradient() const override { return gradient_; }
   double Slope() const override { return slope_; }
-
   double Try(double part) override {
-    if (!free_.Move(values_, step_, part, &trial_, &norms_)) return kNaN;
-    if (!std::isfinite(norms_.step)) return kNaN;
+    const bool moved = free_.Move(values_, step_, part, &trial_, &norms_);
+    if (!moved || !std::isfinite(norms_.step)) return kNaN;
     double cost = 0;
     for (const Active& active : active_) cost += Evaluate(active.residual, trial_.data());
     return cost / 2;
@@ -263,7 +281,8 @@ class PoseSystemOf final : public PoseSystem {
   std::vector<double> gradient_, step_;
   FreeBlocks::GradientNorms gradient_norms_;
   FreeBlocks::Norms norms_;
-  double slope_ = 0;
+  std::vector<double> scaled_;  // D d with D = diag(H) and d the step; squared_: d' D d
+  double squared_ = 0, slope_ = 0, damping_share_ = 0;
   // Workspace of one residual.
   std::vector<double> residuals_, jacobian_, local_[2];
   std::vector<const double*> parameters_;

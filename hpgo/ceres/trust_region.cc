@@ -1,11 +1,12 @@
 #include "hpgo/ceres/trust_region.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
+#include <string>
+#include <vector>
 
-#include "glog/logging.h"
+#include "hpgo/ceres/progress.h"
 #include "hpgo/ceres/secant_pairs.h"
 #include "hpgo/solve/damping.h"
 
@@ -16,15 +17,6 @@ using Clock = std::chrono::steady_clock;
 
 double SecondsSince(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-[[gnu::format(printf, 1, 2)]] std::string Format(const char* format, ...) {
-  char text[256];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof(text), format, arguments);
-  va_end(arguments);
-  return text;
 }
 
 // Shares of what a step promises. A Gauss-Newton step that gains more says that the matrix is too
@@ -110,7 +102,7 @@ class Minimizer {
     } else {
       ++summary_.num_unsuccessful_steps;
     }
-    Print();
+    PrintProgress(options_, iteration_);
     for (ceres::IterationCallback* callback : options_.callbacks) {
       const ceres::CallbackReturnType answer = (*callback)(iteration_);
       if (answer == ceres::SOLVER_ABORT) {
@@ -175,7 +167,7 @@ class Minimizer {
       predicted = promised = system_.FindStep(damping_);
       cost = Try(part);
     }
-    if (!IsLower(cost, predicted) && damping_ == 0 && std::isfinite(cost)) {
+    if (!IsLower(cost, predicted) && std::isfinite(cost)) {
       const double shorter = BestStepLength(promised, cost - cost_);
       if (shorter > kShortestStep) {
         part = shorter;
@@ -204,15 +196,24 @@ class Minimizer {
     const bool learns = successful && Learns();
     if (!learns) pairs_.Clear();
     if (successful) {
-      damping_ = LessDamping(damping_, iteration_.relative_decrease);
+      LowerDamping();
       Take(cost, part, learns);
     } else {
-      damping_ = MoreDamping(damping_, true);
+      damping_ = system_.DampingToShrink(damping_);
       if (!ended_ && damping_ > kMaxDamping) {
         EndAfter(Format("Trust region radius too small: %e.", 1 / damping_));
       }
     }
     iteration_.trust_region_radius = Radius();
+  }
+
+  // By Nielsen's rule, and at once where it weighed next to nothing: steps without damping can be
+  // learnt from.
+  void LowerDamping() {
+    constexpr double kNegligible = 0.01;
+    const double q = 2 * std::clamp(iteration_.relative_decrease, 0., 1.) - 1;
+    damping_ *= std::max(0.1, 1 - q * q * q);
+    if (system_.damping_share() < kNegligible) damping_ = 0;
   }
 
   // Whether the step that was tried says something of the next one.
@@ -259,27 +260,6 @@ class Minimizer {
     }
     NoteGradient();
     if (learns) pairs_.Add(step, gradient, system_.gradient());
-  }
-
-  void Print() const {
-    if (options_.logging_type == ceres::SILENT) return;
-    if (!options_.minimizer_progress_to_stdout && !VLOG_IS_ON(1)) return;
-    std::string line;
-    if (iteration_.iteration == 0) {
-      line =
-          "iter      cost      cost_change  |gradient|   |step|    tr_ratio  tr_radius  ls_iter  "
-          "iter_time  total_time\n";
-    }
-    line += Format("% 4d % 8e   % 3.2e   % 3.2e  % 3.2e  % 3.2e % 3.2e     % 4d   % 3.2e   % 3.2e",
-                   iteration_.iteration, iteration_.cost, iteration_.cost_change,
-                   iteration_.gradient_max_norm, iteration_.step_norm, iteration_.relative_decrease,
-                   iteration_.trust_region_radius, iteration_.linear_solver_iterations,
-                   iteration_.iteration_time_in_seconds, iteration_.cumulative_time_in_seconds);
-    if (options_.minimizer_progress_to_stdout) {
-      std::printf("%s\n", line.c_str());
-    } else {
-      VLOG(1) << line;
-    }
   }
 
   const ceres::Solver::Options& options_;

@@ -55,6 +55,8 @@ void ExpectAsGood(Mapper mapper, const PoseGraph<G>& graph) {
   EXPECT_THAT(summary.message, ::testing::Not(HasSubstr("left to"))) << summary.FullReport();
   EXPECT_NEAR(summary.initial_cost, reference.initial_cost, 1e-9 * reference.initial_cost);
   EXPECT_LE(summary.final_cost, reference.final_cost * (1 + 1e-6)) << summary.FullReport();
+  // Damping that is in the way, or comes and goes, took ten times as many.
+  EXPECT_LE(summary.iterations.size(), 2 * reference.iterations.size() + 5);
   // The summary tells the truth of what was written.
   double cost = 0;
   ASSERT_TRUE(ours->problem->Evaluate({}, &cost, nullptr, nullptr, nullptr));
