@@ -18,6 +18,10 @@ inline constexpr int kMostDisturbedEdges = 64;
 // --- A solve of a window.
 // Taus by which a step misses what its linearization promised for another one to be worth it.
 inline constexpr double kTausMissedForAnother = 10;
+// How much too stiff a model is taken to be at most, by what its step gained.
+inline constexpr double kMostTooStiff = 100;
+// Of a usual window, what a solve of the smallest one costs.
+inline constexpr double kLeastWorthOfASolve = 0.05;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
 inline constexpr double kHalfTurnToAskBelow = 0.025;
@@ -48,7 +52,7 @@ inline constexpr double kOpenedPerNew = 10;
 inline constexpr int kFullIterations = 50;
 // Chains are linearized in turns with the solve of what is between them; the last gains less than
 // this share of the cost.
-inline constexpr int kFullTurns = 20;
+inline constexpr int kFullTurns = 50;
 inline constexpr double kFullStandstill = 1e-10;
 // Iterations that a whole solve needs for Converge to choose it: fewer leave a gap.
 inline constexpr int kIterationsToFit = 3;

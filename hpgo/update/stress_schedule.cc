@@ -80,8 +80,8 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
     const double after = watch.Elapsed();
     tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
     before = after;
-    if (!step.is_nonlinear || window.level() > 0 || solves >= max_solves ||
-        plan_.budget.IsStopped()) {
+    if (!step.is_nonlinear || window.level() > 0 ||
+        solves * std::max(worth, kLeastWorthOfASolve) >= max_solves || plan_.budget.IsStopped()) {
       return solves;
     }
     window.Restart();

@@ -108,16 +108,23 @@ template <typename G>
 bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
   const Stopwatch watch(&report->window_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  int iterations = kFullIterations;
   for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
     if (turn > 0) tools.graph.SettleAll();
     if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
     ++report->windows;
     const double cost = tools.step.window().Cost();
     const StepResult step =
-        tools.step.Solve(kFullIterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
+        tools.step.Solve(iterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
     Note(step, report);
     if (!step.status.ok()) return false;
-    if (step.decrease <= kFullStandstill * cost) return step.converged;
+    if (step.decrease > kFullStandstill * cost) {
+      iterations = std::min(2 * iterations, kFullIterations);
+    } else if (step.converged || iterations == 1) {
+      return step.converged;
+    } else {
+      iterations = 1;  // chains bend less on the way
+    }
   }
   return false;
 }

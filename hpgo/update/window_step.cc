@@ -17,6 +17,20 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
+namespace {
+
+// What the model of a step missed, or what the step leaves by it. One that gains more than it
+// promised, as past the bend of a loss, had a model that is c times too stiff: it promised p,
+// gained (2 - 1 / c) p, and there was c p.
+double Missed(double promised, double gained) {
+  const double missed = std::abs(promised - gained);
+  if (!(gained > promised)) return missed;
+  const double left = promised / std::max(2 - gained / promised, 1 / kMostTooStiff) - gained;
+  return std::max(missed, left);
+}
+
+}  // namespace
+
 void Note(const StepResult& step, UpdateReport* report) {
   if (!step.status.ok()) report->status = step.status;
   report->solved_nodes += step.solved_nodes;
@@ -57,7 +71,7 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
-  const double missed = std::abs(summary.predicted_decrease - result.decrease);
+  const double missed = Missed(summary.predicted_decrease, result.decrease);
   const bool gains = result.decrease > thresholds.tau;
   const bool misses = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
   result.is_nonlinear = gains && misses;
