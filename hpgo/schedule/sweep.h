@@ -7,7 +7,7 @@
 namespace hpgo {
 
 struct SweepLimits {
-  int max_windows = 6;  // M: windows an update, the top's solve among them
+  int max_windows = 3;  // M: windows an update, the top's solve among them
   int max_windows_per_level = 2;
   int max_bottom_windows = 1;  // on level 0 before the next turn
 };

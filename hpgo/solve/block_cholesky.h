@@ -5,13 +5,12 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace hpgo {
 
-// Blocks are kBlock x kBlock, column-major; kBlock is a multiple of 3. Not synchronized; keeps its
+// Blocks are kBlock x kBlock, column-major; kBlock is 3, 4 or 6. Not synchronized; keeps its
 // storage between uses.
 template <int kBlock>
 class BlockCholesky {
@@ -48,19 +47,14 @@ class BlockCholesky {
   // Numbers in the factor, padding included.
   std::int64_t factor_size() const { return factor_size_; }
 
-  // What a saved state has of it: the matrix, to be factored again.
+  // What a saved state has of it: the matrix. Loaded, it is to be resumed before anything else.
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
-    if constexpr (std::is_const_v<Self>) {
-      archive(self.n_, self.pairs_, self.values_);
-    } else {
-      int n;
-      std::vector<std::pair<int, int>> pairs;
-      archive(n, pairs);
-      if (n >= 0) self.Analyze(n, pairs);
-      archive(self.values_);
-    }
+    archive(self.n_, self.pairs_, self.values_);
   }
+  // Orders and analyzes what was loaded. False if that is no matrix.
+  bool Resume();
+  int num_rows() const { return n_; }  // in blocks
 
  private:
   void Order(const std::vector<std::pair<int, int>>& pairs);

@@ -1,6 +1,8 @@
 // BlockCholesky: the order, the supernodes and the places of a matrix.
 
 #include <algorithm>
+#include <set>
+#include <utility>
 
 #include "hpgo/solve/block_cholesky.h"
 #include "hpgo/solve/dense_kernels.h"
@@ -12,6 +14,9 @@ namespace {
 // Supernodes are merged while the blocks of zeros this adds stay below this share of the panel:
 // narrow ones lose more by their overhead than by a few zeros.
 double AllowedZeros(int width) { return width <= 4 ? 0.5 : width <= 16 ? 0.15 : 0.05; }
+
+// Wider ones are divided: a share of a factorization ends between two.
+constexpr int kWidest = 32;
 
 }  // namespace
 
@@ -26,6 +31,22 @@ void BlockCholesky<kBlock>::Analyze(int n, const std::vector<std::pair<int, int>
     PlaceValues(pairs);
   }
   SetZero();
+}
+
+template <int kBlock>
+bool BlockCholesky<kBlock>::Resume() {
+  const int n = std::exchange(n_, -1);
+  std::vector<std::pair<int, int>> pairs = std::move(pairs_);
+  const auto is_row = [n](int i) { return i >= 0 && i < n; };
+  std::set<std::pair<int, int>> seen;
+  for (const auto& [i, j] : pairs) {
+    if (!is_row(i) || !is_row(j) || i == j || !seen.insert(std::minmax(i, j)).second) return false;
+  }
+  if (n < 0 || values_.size() != (n + pairs.size()) * kBlockSize) return false;
+  std::vector<double> values = std::move(values_);
+  Analyze(n, pairs);
+  values_ = std::move(values);
+  return true;
 }
 
 template <int kBlock>
@@ -79,7 +100,7 @@ void BlockCholesky<kBlock>::FindSupernodes() {
       const double extra = count[k] + 1 - count[k - 1];  // per column, never negative
       const double added = zeros + extra * width;
       const double total = 0.5 * (width + 1.) * (width + 2.) + (width + 1.) * count[k];
-      join = added <= AllowedZeros(width + 1) * total;
+      join = width < kWidest && added <= AllowedZeros(width + 1) * total;
       if (join) zeros = added;
     }
     if (!join) {

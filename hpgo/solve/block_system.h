@@ -1,6 +1,7 @@
 // The Gauss-Newton system of a Subproblem, in blocks.
 #pragma once
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -53,11 +54,15 @@ class BlockSystem {
 
   std::vector<double>& gradient() { return gradient_; }
 
-  // What a saved state has of it: H.
+  std::int64_t factor_size() const { return cholesky_.factor_size(); }
+
+  // What a saved state has of it: H; see BlockCholesky.
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.cholesky_);
   }
+  bool Resume() { return cholesky_.Resume(); }
+  int num_rows() const { return cholesky_.num_rows(); }
   Block Diagonal(int node) { return Block(cholesky_.Diagonal(node)); }
 
  private:

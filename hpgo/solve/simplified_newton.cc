@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <queue>
 #include <unordered_map>
 #include <unordered_set>
@@ -29,6 +30,15 @@ bool SimplifiedNewton<G>::Begin(Subproblem<G>* problem, const std::vector<Index>
   }
   system_.Analyze(problem);
   if (!std::isfinite(system_.Linearize(Unmeasured::kHeld))) return false;
+  system_.BeginFactorizing(0);
+  return true;
+}
+
+template <typename G>
+bool SimplifiedNewton<G>::Resume() {
+  const bool fits = std::all_of(slot_of_name_.begin(), slot_of_name_.end(),
+                                [this](int slot) { return slot >= -1 && slot < num_slots_; });
+  if (!fits || !system_.Resume() || system_.num_rows() != num_slots_) return false;
   system_.BeginFactorizing(0);
   return true;
 }
@@ -117,7 +127,7 @@ void SimplifiedNewton<G>::FollowRigidly(const Subproblem<G>& problem) {
   }
 }
 
-// Sets trial_; returns its cost.
+// Sets trial_; returns its cost, infinite where a pose is.
 template <typename G>
 double SimplifiedNewton<G>::Try(double part, const Subproblem<G>& problem) {
   trial_ = problem.poses;
@@ -128,6 +138,11 @@ double SimplifiedNewton<G>::Try(double part, const Subproblem<G>& problem) {
   }
   for (const Follower& follower : followers_) {
     trial_[follower.pose] = trial_[follower.leader] * follower.T_leader_pose;
+  }
+  for (int k = 0; k < problem.num_free; ++k) {
+    for (int p = 0; p < G::kParams; ++p) {
+      if (!std::isfinite(trial_[k].data()[p])) return std::numeric_limits<double>::infinity();
+    }
   }
   return CostAt(problem, trial_);
 }

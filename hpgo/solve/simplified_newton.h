@@ -1,7 +1,7 @@
 // The simplified Newton method: one Hessian, factored in shares, for many steps.
 #pragma once
 
-#include <type_traits>
+#include <cstdint>
 #include <vector>
 
 #include "hpgo/hierarchy/level.h"
@@ -35,12 +35,16 @@ class SimplifiedNewton : public SubproblemSolver<G> {
   // nothing ties them to one, they stay.
   SubproblemSummary Solve(const SubproblemOptions& options, Subproblem<G>* problem) override;
 
-  // A saved state has what it begins from. Loaded, it has begun and factored nothing.
+  // Numbers in the factor.
+  std::int64_t factor_size() const { return system_.factor_size(); }
+
+  // A saved state has what it begins from. Loaded, it is to be resumed, and has factored nothing.
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.num_slots_, self.slot_of_name_, self.system_);
-    if constexpr (!std::is_const_v<Self>) self.system_.BeginFactorizing(0);
   }
+  // False if what was loaded makes no sense.
+  bool Resume();
 
  private:
   using Tangent = typename G::Tangent;

@@ -2,6 +2,8 @@
 // it bounds; README.md says which of them a test holds.
 #pragma once
 
+#include <cstdint>
+
 namespace hpgo {
 
 // --- What is worth looking at.
@@ -66,6 +68,8 @@ inline constexpr int kUpdatesFarOff = 3;
 inline constexpr double kMultiplicationsOfASlice = 6e7;
 // Of level 0: it is ordered, linearized and moved in one update each.
 inline constexpr int kMostNodesOfNewton = 15000;
+// Of the factor: 240 MB. Dense worlds of that size have a third of it.
+inline constexpr std::int64_t kMostNumbersOfNewton = 30'000'000;
 
 // --- Refine.
 // Everything is examined again at thresholds this many times smaller, each kDeeper times the last;

@@ -1,5 +1,7 @@
 #include "hpgo/update/sliced_newton.h"
 
+#include <utility>
+
 #include "glog/logging.h"
 #include "hpgo/update/constants.h"
 
@@ -12,7 +14,9 @@ using ceres_costs::YawPose;
 template <typename G>
 void SlicedNewton<G>::DoSlice(const UpdateTools<G>& tools, const UpdatePlan& plan,
                               UpdateReport* report) {
+  if (plan.budget.IsCancelled()) return;
   const Stopwatch watch(&report->window_seconds);
+  if (std::exchange(is_loaded_, false)) stage_ = Resume();
   switch (stage_) {
     case Stage::kIdle:
       return;
@@ -33,8 +37,8 @@ template <typename G>
 void SlicedNewton<G>::Note(const ScheduleResult& windows, double cost,
                            const Hierarchy<G>& hierarchy) {
   if (windows.at_rest) return Drop();
-  const Level<G>& level = hierarchy.level(0);
-  const bool is_useful = hierarchy.num_levels() > 1 && level.num_nodes <= kMostNodesOfNewton;
+  const bool is_useful =
+      hierarchy.num_levels() > 1 && hierarchy.level(0).num_nodes <= kMostNodesOfNewton;
   const bool is_far_off = is_useful && windows.decrease > kShareOfFarOff * cost;
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
   if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
@@ -43,9 +47,15 @@ void SlicedNewton<G>::Note(const ScheduleResult& windows, double cost,
 template <typename G>
 typename SlicedNewton<G>::Stage SlicedNewton<G>::Begin(const UpdateTools<G>& tools) {
   Window<G>& window = tools.step.window();
+  const Level<G>& level = tools.graph.hierarchy().level(0);
+  if (level.num_nodes > kMostNodesOfNewton) return Stage::kIdle;
   if (!window.BuildWhole(0, &tools.graph.hierarchy(), false)) return Stage::kIdle;
   VLOG(1) << "newton: factors " << window.num_free() << " nodes";
-  return newton_.Begin(&window.subproblem(), window.nodes()) ? Stage::kFactoring : Stage::kIdle;
+  if (!newton_.Begin(&window.subproblem(), window.nodes())) return Stage::kIdle;
+  if (newton_.factor_size() > kMostNumbersOfNewton) return Stage::kIdle;
+  known_.assign(level.edges.size(), 0);
+  for (const Index e : window.edges()) known_[e] = level.edges[e].generation + 1;
+  return Stage::kFactoring;
 }
 
 template <typename G>
@@ -68,6 +78,8 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Step(const UpdateTools<G>& tool
                                                       const UpdatePlan& plan,
                                                       UpdateReport* report) {
   Window<G>& window = tools.step.window();
+  const Level<G>& level = tools.graph.hierarchy().level(0);
+  if (level.num_nodes > kMostNodesOfNewton) return Stage::kIdle;
   if (!window.BuildWhole(0, &tools.graph.hierarchy(), false)) return Stage::kIdle;
   ++report->windows;
   newton_.SetNames(&window.nodes());
@@ -76,16 +88,26 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Step(const UpdateTools<G>& tool
   // All of it moves: what is a little stale everywhere adds up, and windows above would undo the
   // step by it.
   if (tools.options.coarse_edges == CoarseEdges::kGalerkin) thresholds.dirty = 0;
-  const StepResult step = tools.step.SolveBy(&newton_, {}, thresholds, plan.budget);
+  const StepResult step = tools.step.SolveBy(&newton_, thresholds, plan.budget, [&](Index e) {
+    return e < static_cast<Index>(known_.size()) && known_[e] == level.edges[e].generation + 1;
+  });
   hpgo::Note(step, report);
   VLOG(1) << "newton: cost " << cost << " -> " << cost - step.decrease;
   return step.decrease > kShareOfFarOff * cost ? Stage::kStepping : Stage::kIdle;
 }
 
-// To where it was when it was saved.
+// To where it was when it was saved; idle if what was loaded makes no sense.
 template <typename G>
-void SlicedNewton<G>::FactorAgain() {
-  for (int k = 0; k < slices_; ++k) newton_.GoOn(kMultiplicationsOfASlice);
+typename SlicedNewton<G>::Stage SlicedNewton<G>::Resume() {
+  using Progress = typename SimplifiedNewton<G>::Progress;
+  if (!newton_.Resume()) return Stage::kIdle;
+  Progress progress = Progress::kUnderWay;
+  // Another machine may order it in another way.
+  const auto goes_on = [&](int k) { return k < slices_ || stage_ == Stage::kStepping; };
+  for (int k = 0; goes_on(k) && progress == Progress::kUnderWay; ++k) {
+    progress = newton_.GoOn(kMultiplicationsOfASlice);
+  }
+  return progress == Progress::kFailed ? Stage::kIdle : stage_;
 }
 
 template class SlicedNewton<SE2>;

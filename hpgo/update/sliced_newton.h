@@ -1,6 +1,10 @@
 // Newton steps of the whole of level 0, a slice an update.
 #pragma once
 
+#include <cstdint>
+#include <type_traits>
+#include <vector>
+
 #include "hpgo/solve/simplified_newton.h"
 #include "hpgo/update/schedules.h"
 
@@ -10,7 +14,8 @@ namespace hpgo {
 // need hundreds of updates for the last percents: what is left is smooth, and runs over the whole
 // graph. Then level 0 is factored, a slice an update beside the windows; and steps are made with
 // the factor as long as they gain much. Holds the factor meanwhile, 5 KB a node in dense worlds of
-// 10,000. Changes with every update. Not synchronized.
+// 10,000. Given up where anything else works on the whole graph: Refine, Converge, an update with a
+// limit of time, one of another mode. Changes with every update. Not synchronized.
 template <typename G>
 class SlicedNewton {
  public:
@@ -25,20 +30,23 @@ class SlicedNewton {
   static void Fields(Archive& archive, Self& self) {
     archive(self.updates_far_off_, self.stage_, self.slices_);
     if (self.stage_ < Stage::kFactoring) return;
-    archive(self.newton_);
-    if constexpr (!std::is_const_v<Self>) self.FactorAgain();
+    archive(self.known_, self.newton_);
+    if constexpr (!std::is_const_v<Self>) self.is_loaded_ = true;
   }
 
  private:
   enum class Stage { kIdle, kWanted, kFactoring, kStepping };
-  void FactorAgain();
+  Stage Resume();
   Stage Begin(const UpdateTools<G>& tools);
   Stage Factor();
   Stage Step(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
 
   int updates_far_off_ = 0;  // in a row
   Stage stage_ = Stage::kIdle;
-  int slices_ = 0;  // of the factorization
+  int slices_ = 0;          // of the factorization
+  bool is_loaded_ = false;  // from a saved state: to be factored again so far
+  // By edge of level 0: those of the system, as their generations + 1; 0: none.
+  std::vector<std::uint32_t> known_;
   SimplifiedNewton<G> newton_;
 };
 

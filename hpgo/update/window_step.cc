@@ -48,12 +48,19 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., SubproblemOptions().max_seconds);
-  return SolveBy(solver_.get(), options, thresholds, budget);
+  return SolveBy(solver_.get(), options, thresholds, budget, nullptr);
+}
+
+template <typename G>
+StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, const StressThresholds& thresholds,
+                                  const Budget& budget, const IsKnown& is_known) {
+  return SolveBy(solver, {}, thresholds, budget, &is_known);
 }
 
 template <typename G>
 StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
-                                  const StressThresholds& thresholds, const Budget& budget) {
+                                  const StressThresholds& thresholds, const Budget& budget,
+                                  const IsKnown* is_known) {
   options.cancel = budget.cancel();
   SubproblemSummary summary = solver->Solve(options, &window_.subproblem());
   VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
@@ -78,15 +85,21 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   double left_behind = misses ? std::sqrt(missed / window_.edges().size()) : 0;
   // A damped step leaves stress behind; worth another look as long as it got somewhere.
   if (summary.damped && gains) left_behind = std::max<double>(left_behind, 2 * thresholds.pending);
-  Take(left_behind, thresholds);
+  Take(left_behind, thresholds, is_known);
   return result;
 }
 
 template <typename G>
 void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds) {
+  Take(left_behind, thresholds, nullptr);
+}
+
+template <typename G>
+void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
+                         const IsKnown* is_known) {
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
-  RecordChanges(left_behind, thresholds);
+  RecordChanges(left_behind, thresholds, is_known);
 }
 
 // Chains bend on the way. False where the cost rises with them linearized where the step ends; the
@@ -163,7 +176,8 @@ Status WindowStep<G>::WhyUnusable(const Status& status) const {
 
 // `left_behind`: the pending of an edge between free nodes after the step.
 template <typename G>
-void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& thresholds) {
+void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& thresholds,
+                                  const IsKnown* is_known) {
   const int l = window_.level();
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
@@ -171,9 +185,11 @@ void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& th
     const double change = FactorChange(window_.subproblem().factors[k], edge.node[0] == kNone,
                                        window_.RelativePoseBefore(k), window_.RelativePose(k));
     TellParent(l, e, change, thresholds, hierarchy_);
-    if (window_.IsInterior(k)) {
+    if (window_.IsInterior(k) && (is_known == nullptr || (*is_known)(e))) {
       HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
-      hierarchy_->SetPending(l, e, static_cast<float>(left_behind), thresholds.pending);
+      const double pending =
+          is_known == nullptr ? left_behind : std::max<double>(edge.pending, left_behind);
+      hierarchy_->SetPending(l, e, static_cast<float>(pending), thresholds.pending);
     } else {
       AddPending(l, e, change, thresholds, hierarchy_);
     }

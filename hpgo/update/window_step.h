@@ -42,9 +42,11 @@ class WindowStep {
   // to the edges around, to those below, and to those above.
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
                    const Budget& budget);
-  // The same by another solver than its own.
-  StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
-                     const StressThresholds& thresholds, const Budget& budget);
+  // The same by another solver than its own, whose step is no minimum: what was pending stays so,
+  // and edges of which the solver does not know pull otherwise where they have changed.
+  using IsKnown = std::function<bool(Index level_edge)>;
+  StepResult SolveBy(SubproblemSolver<G>* solver, const StressThresholds& thresholds,
+                     const Budget& budget, const IsKnown& is_known);
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
   // on what has changed; `left_behind` as in RecordChanges.
   void Take(double left_behind, const StressThresholds& thresholds);
@@ -56,7 +58,12 @@ class WindowStep {
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
-  void RecordChanges(double left_behind, const StressThresholds& thresholds);
+  StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
+                     const StressThresholds& thresholds, const Budget& budget,
+                     const IsKnown* is_known);
+  void Take(double left_behind, const StressThresholds& thresholds, const IsKnown* is_known);
+  void RecordChanges(double left_behind, const StressThresholds& thresholds,
+                     const IsKnown* is_known);
 
   Hierarchy<G>* hierarchy_;
   LevelEdgeNamer name_;
