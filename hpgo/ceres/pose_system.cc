@@ -10,6 +10,7 @@
 #include "ceres/loss_function.h"
 #include "hpgo/ceres/free_blocks.h"
 #include "hpgo/solve/block_cholesky.h"
+#include "hpgo/solve/damping.h"
 
 namespace hpgo {
 namespace {
@@ -77,16 +78,12 @@ class PoseSystemOf final : public PoseSystem {
   }
   double damping_share() const override { return damping_share_; }
 
-  // A Newton iteration on 1 / |d(damping)| (More and Sorensen, 1983) with |d|^2 = d' D d: an amount
-  // that suits one graph would freeze the long modes of another.
-  double DampingToShrink(double damping) override {
-    constexpr double kShrink = 0.3, kRounding = 1e-15;
+  double ShrinkingDamping(double damping) override {
     std::vector<double> shifted = scaled_;
     cholesky_.Solve(shifted.data());
     double slope = 0;  // d' D (H + damping D)^-1 D d
     for (std::size_t k = 0; k < shifted.size(); ++k) slope += scaled_[k] * shifted[k];
-    const double more = (1 / kShrink - 1) * squared_ / slope;
-    return std::max({10 * damping, std::isfinite(more) ? damping + more : 0, kRounding});
+    return DampingToShrink(damping, squared_, slope);
   }
 
   double FindSecantStep(const SecantPairs& pairs) override {

@@ -32,7 +32,7 @@ class PoseSystem {
   // Of the decrease that the step found promises: what damping weighs in it.
   virtual double damping_share() const = 0;
   // More damping than that of the step that was found, for one of a third of its length.
-  virtual double DampingToShrink(double damping) = 0;
+  virtual double ShrinkingDamping(double damping) = 0;
   // The same as FindStep with the matrix as the pairs correct it, without damping.
   virtual double FindSecantStep(const SecantPairs& pairs) = 0;
   // The step that was found and the gradient, as many numbers a pose that moves.

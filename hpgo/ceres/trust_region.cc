@@ -162,7 +162,9 @@ class Minimizer {
 
     double predicted = promised, part = 1;
     double cost = Try(part);
-    if (learnt && !(cost_ - cost > kLeastShare * predicted)) {
+    // Where it promises next to nothing it may be what was learnt that is in the way.
+    const double negligible = options_.function_tolerance * (cost_ + fixed_cost_);
+    if (learnt && (!(cost_ - cost > kLeastShare * predicted) || !(predicted > negligible))) {
       pairs_.Clear();
       predicted = promised = system_.FindStep(damping_);
       cost = Try(part);
@@ -179,7 +181,6 @@ class Minimizer {
     iteration_.step_norm = system_.step_norm();
     iteration_.relative_decrease = predicted > 0 ? iteration_.cost_change / predicted : 0;
     const bool successful = IsLower(cost, predicted);
-    const double negligible = options_.function_tolerance * (cost_ + fixed_cost_);
     if (successful && iteration_.cost_change <= negligible) {
       EndAfter(Format("Function tolerance reached. |cost_change|/cost: %e <= %e",
                       std::abs(iteration_.cost_change) / (cost_ + fixed_cost_),
@@ -199,7 +200,7 @@ class Minimizer {
       LowerDamping();
       Take(cost, part, learns);
     } else {
-      damping_ = system_.DampingToShrink(damping_);
+      damping_ = system_.ShrinkingDamping(damping_);
       if (!ended_ && damping_ > kMaxDamping) {
         EndAfter(Format("Trust region radius too small: %e.", 1 / damping_));
       }
@@ -224,7 +225,7 @@ class Minimizer {
 
   bool Factorize() {
     while (!system_.Factorize(damping_)) {
-      damping_ = MoreDamping(damping_, false);
+      damping_ = DampingToFactorize(damping_);
       if (damping_ > kMaxDamping) return false;
     }
     return true;

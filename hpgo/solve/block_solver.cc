@@ -137,7 +137,7 @@ class BlockSolver : public SubproblemSolver<G> {
           if (t > kShortestStep && Try(t, cost, promised * (2 * t - t * t), &result)) return result;
         }
       }
-      *damping = factorized ? DampingToShrink(*damping) : MoreDamping(*damping, false);
+      *damping = factorized ? ShrinkingDamping(*damping) : DampingToFactorize(*damping);
     }
     return result;
   }
@@ -230,13 +230,8 @@ class BlockSolver : public SubproblemSolver<G> {
     return result->accepted;
   }
 
-  // More damping, for the step from here to be kShrink times as long as step_: a Newton iteration
-  // on 1 / |d(damping)| (More and Sorensen, 1983) with lengths |d|^2 = d' diag(H) d. The modes that
-  // make a step long decide how much that is: those of a long chain have eigenvalues of 1e-15 of
-  // the diagonal, and an amount that suits other graphs would freeze them.
-  double DampingToShrink(double damping) {
-    constexpr double kShrink = 0.3;
-    constexpr double kRounding = 1e-15;  // less would be lost in the sum
+  // After a step that was of no use.
+  double ShrinkingDamping(double damping) {
     scaled_.resize(step_.size());
     double squared = 0;
     for (int k = 0; k < problem_->num_free; ++k) {
@@ -250,14 +245,13 @@ class BlockSolver : public SubproblemSolver<G> {
     system_.Solve(shifted_.data());
     double slope = 0;  // d' D (H + damping D)^-1 D d
     for (std::size_t k = 0; k < scaled_.size(); ++k) slope += scaled_[k] * shifted_[k];
-    const double more = (1 / kShrink - 1) * squared / slope;
-    return std::max({10 * damping, std::isfinite(more) ? damping + more : 0, kRounding});
+    return DampingToShrink(damping, squared, slope);
   }
 
   Subproblem<G>* problem_ = nullptr;
   BlockSystem<G> system_;
   std::vector<double> step_;
-  std::vector<double> scaled_, shifted_;  // workspace of DampingToShrink
+  std::vector<double> scaled_, shifted_;  // workspace of ShrinkingDamping
   std::vector<G> trial_;
 };
 

@@ -30,9 +30,19 @@ inline double LessDamping(double damping, double share) {
   return damping < kUsefulDamping ? 0 : damping;
 }
 
-// After a step that was of no use, or a matrix that was not definite.
-inline double MoreDamping(double damping, bool factorized) {
-  return std::max(10 * damping, factorized ? kUsefulDamping : kMinDamping);
+// More damping, for the step from here to be kShrink times as long: a Newton iteration on
+// 1 / |d(damping)| (More and Sorensen, 1983) with lengths |d|^2 = d' D d, D the diagonal of the
+// Hessian, and slope = d' D (H + damping D)^-1 D d. The modes that make a step long decide how much
+// that is: those of a long chain have eigenvalues of 1e-15 of the diagonal, and an amount that
+// suits other graphs would freeze them.
+inline double DampingToShrink(double damping, double length_squared, double slope) {
+  constexpr double kShrink = 0.3;
+  constexpr double kRounding = 1e-15;  // less would be lost in the sum
+  const double more = (1 / kShrink - 1) * length_squared / slope;
+  return std::max({10 * damping, std::isfinite(more) ? damping + more : 0, kRounding});
 }
+
+// For a matrix that was not definite.
+inline double DampingToFactorize(double damping) { return std::max(10 * damping, kMinDamping); }
 
 }  // namespace hpgo
