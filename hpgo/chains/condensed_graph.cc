@@ -69,7 +69,7 @@ bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const double bend = BendAt(spans_.Model(chain.root), T);
   const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
   if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) return false;
-  spans_.Settle(chain.root, T, tolerance_);
+  linearized_ += spans_.Settle(chain.root, T, tolerance_);
   BindUnfit();
   SetTerm(&chain, T);
   return true;
@@ -139,7 +139,7 @@ void CondensedGraph<G>::FinishChain(Index c) {
   }
   const Index a = nodes_[chain.node[0]].level_node, b = nodes_[chain.node[1]].level_node;
   const G T = hierarchy_.RelativePose(0, a, b);
-  spans_.Settle(chain.root, T, tolerance_);
+  linearized_ += spans_.Settle(chain.root, T, tolerance_);
   EdgeData<G> data;
   data.condensed = true;
   data.term = TermOfSpan(spans_.Model(chain.root), T);

@@ -90,6 +90,8 @@ class CondensedGraph {
   // --- Level 0.
   // What the model of a chain may miss, in sqrt(chi2), before it is linearized anew.
   void SetTolerance(double tolerance) { tolerance_ = tolerance; }
+  // How many edges in chains have been linearized anew since the graph was made or loaded.
+  std::int64_t linearized_edges() const { return linearized_; }
   // Takes in all changes: finds the kept nodes, cuts and joins chains, and puts edges on level 0.
   // New nodes without a held one or an older one in their component get a kept one, their first.
   void Restructure();
@@ -196,6 +198,7 @@ class CondensedGraph {
   const bool condense_;
   SpanTree<G> spans_;
   double tolerance_ = 0;
+  std::int64_t linearized_ = 0;
   ChunkedVector<Node> nodes_;
   ChunkedVector<Edge> edges_;
   ChunkedVector<Index> node_of_level_;  // by node of level 0

@@ -24,6 +24,8 @@ inline constexpr double kTausMissedForAnother = 10;
 inline constexpr double kMostTooStiff = 100;
 // Of a usual window, what a solve of the smallest one costs.
 inline constexpr double kLeastWorthOfASolve = 0.05;
+// Edges in chains that are linearized in the time of a usual window.
+inline constexpr double kLinearizedOfAWindow = 1000;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
 inline constexpr double kHalfTurnToAskBelow = 0.025;

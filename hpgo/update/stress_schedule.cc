@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -68,6 +69,7 @@ template <typename G>
 int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_seconds) {
   const Stopwatch watch(total_seconds);
   Window<G>& window = tools_.step.window();
+  const std::int64_t linearized = tools_.graph.linearized_edges();
   int solves = 0;
   double before = watch.Elapsed();
   while (true) {
@@ -80,8 +82,11 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
     const double after = watch.Elapsed();
     tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
     before = after;
-    if (!step.is_nonlinear || window.level() > 0 ||
-        solves * std::max(worth, kLeastWorthOfASolve) >= max_solves || plan_.budget.IsStopped()) {
+    const auto relinearized =
+        static_cast<double>(tools_.graph.linearized_edges() - linearized) / kLinearizedOfAWindow;
+    const double spent = solves * std::max(worth, kLeastWorthOfASolve) + relinearized;
+    if (!step.is_nonlinear || window.level() > 0 || (solves >= max_solves && spent >= max_solves) ||
+        plan_.budget.IsStopped()) {
       return solves;
     }
     window.Restart();

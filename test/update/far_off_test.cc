@@ -66,7 +66,7 @@ TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   UpdateLimits limits;
   limits.max_cpu_seconds = 0.01;
   UpdateReport report;
-  for (int slice = 0; slice < 500 && !report.at_rest; ++slice) {
+  for (int slice = 0; slice < 5000 && !report.at_rest; ++slice) {
     report = optimizer.Refine(limits);
     ASSERT_TRUE(report.status.ok());
   }
