@@ -5,6 +5,7 @@
 #include <string>
 
 #include "Eigen/SVD"
+#include "ceres_costs/finite.h"
 
 namespace hpgo {
 namespace {
@@ -102,14 +103,6 @@ G RigidFit(const std::vector<G>& estimate, const std::vector<G>& reference) {
   G motion;
   SetPose(rotation, Vector(reference_mean - rotation * estimate_mean), &motion);
   return motion;
-}
-
-template <typename G>
-bool IsFinite(const G& pose) {
-  for (int k = 0; k < G::kParams; ++k) {
-    if (!std::isfinite(pose.data()[k])) return false;
-  }
-  return true;
 }
 
 template <typename G>

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "Eigen/LU"
+#include "ceres_costs/finite.h"
 #include "glog/logging.h"
 #include "hpgo/generate/random.h"
 #include "hpgo/generate/revisits.h"
@@ -199,8 +200,7 @@ Result<SyntheticGraph<G>> GenerateAlong(const std::vector<G>& poses,
   truth.reserve(poses.size());
   for (std::size_t k = 0; k < poses.size(); ++k) {
     truth.push_back((T_first_world * poses[k]).Normalized());
-    for (int c = 0; c < G::kParams; ++c) {
-      if (std::isfinite(truth.back().data()[c])) continue;
+    if (!IsFinite(truth.back())) {
       return Status(StatusCode::kInvalidArgument,
                     "pose " + std::to_string(k) + " of the trajectory is not finite");
     }

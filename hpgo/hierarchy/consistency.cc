@@ -6,6 +6,8 @@
 #include <sstream>
 #include <vector>
 
+#include "ceres_costs/finite.h"
+
 namespace hpgo {
 namespace {
 
@@ -88,9 +90,7 @@ class Checker {
     });
     Expect(degree == node.degree, "degree of node", n);
     Expect(Close(weight, node.weight), "weight of node", n);
-    bool finite = IsUnit(node.pose);
-    for (int k = 0; k < G::kParams; ++k) finite = finite && std::isfinite(node.pose.data()[k]);
-    Expect(finite, "pose of node", n);
+    Expect(IsUnit(node.pose) && IsFinite(node.pose), "pose of node", n);
     if (node.parent != kNone) {
       Expect(HasAbove() && h_.level(l_ + 1).nodes[node.parent].alive, "parent of node", n);
     } else {

@@ -5,6 +5,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "ceres_costs/finite.h"
 #include "hpgo/io/g2o_formatter.h"
 #include "hpgo/io/input_text.h"
 #include "hpgo/io/line_fields.h"
@@ -26,11 +27,6 @@ template <typename G>
 std::string EdgeName(const PoseGraph<G>& graph, const GraphEdge<G>& edge) {
   return "edge " + std::to_string(graph.nodes()[edge.i].id) + " - " +
          std::to_string(graph.nodes()[edge.j].id);
-}
-
-template <typename G>
-bool IsFinite(const G& pose) {
-  return Eigen::Map<const Eigen::Matrix<double, G::kParams, 1>>(pose.data()).allFinite();
 }
 
 Status Invalid(const std::string& what) { return Status(StatusCode::kInvalidArgument, what); }

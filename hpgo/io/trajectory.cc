@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "ceres_costs/finite.h"
 #include "hpgo/graph/compose_poses.h"
 #include "hpgo/graph/edge_classes.h"
 #include "hpgo/io/line_fields.h"
@@ -26,11 +27,9 @@ Status CheckWritable(const Trajectory& trajectory, TrajectoryFormat format) {
                    " poses");
   }
   for (std::size_t k = 0; k < size; ++k) {
-    bool finite = trajectory.stamps.empty() || std::isfinite(trajectory.stamps[k]);
-    for (int p = 0; p < SE3::kParams; ++p) {
-      finite = finite && std::isfinite(trajectory.poses[k].data()[p]);
-    }
-    if (!finite) return Invalid("pose " + std::to_string(k) + " is not finite");
+    const bool stamp_is_finite = trajectory.stamps.empty() || std::isfinite(trajectory.stamps[k]);
+    if (!stamp_is_finite || !IsFinite(trajectory.poses[k]))
+      return Invalid("pose " + std::to_string(k) + " is not finite");
   }
   return Status::Ok();
 }

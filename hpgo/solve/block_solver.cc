@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "ceres_costs/finite.h"
 #include "hpgo/chains/span.h"
 #include "hpgo/solve/block_system.h"
 #include "hpgo/solve/damping.h"
@@ -86,9 +87,7 @@ class BlockSolver : public SubproblemSolver<G> {
       if (summary.iterations < options.max_iterations) Linearize();
     }
     for (int k = 0; k < problem->num_free; ++k) {
-      bool finite = true;
-      for (int p = 0; p < G::kParams; ++p) finite &= std::isfinite(problem->poses[k].data()[p]);
-      if (finite) continue;
+      if (IsFinite(problem->poses[k])) continue;
       std::copy(original.begin(), original.end(), problem->poses.begin());
       cost = summary.initial_cost;
       summary.status = Status(StatusCode::kNoSolution, "a pose became infinite");

@@ -9,6 +9,7 @@
 #include <unordered_set>
 #include <utility>
 
+#include "ceres_costs/finite.h"
 #include "hpgo/chains/span.h"
 #include "hpgo/solve/damping.h"
 
@@ -140,9 +141,7 @@ double SimplifiedNewton<G>::Try(double part, const Subproblem<G>& problem) {
     trial_[follower.pose] = trial_[follower.leader] * follower.T_leader_pose;
   }
   for (int k = 0; k < problem.num_free; ++k) {
-    for (int p = 0; p < G::kParams; ++p) {
-      if (!std::isfinite(trial_[k].data()[p])) return std::numeric_limits<double>::infinity();
-    }
+    if (!IsFinite(trial_[k])) return std::numeric_limits<double>::infinity();
   }
   return CostAt(problem, trial_);
 }
