@@ -21,15 +21,11 @@ using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
 template <typename G>
-bool SimplifiedNewton<G>::Begin(Subproblem<G>* problem, const std::vector<Index>& names) {
-  num_slots_ = problem->num_free;
-  slot_of_name_.clear();
-  for (int k = 0; k < problem->num_free; ++k) {
-    if (names[k] >= static_cast<Index>(slot_of_name_.size()))
-      slot_of_name_.resize(names[k] + 1, -1);
-    slot_of_name_[names[k]] = k;
-  }
-  system_.Analyze(problem);
+bool SimplifiedNewton<G>::Begin(const Subproblem<G>& problem, const std::vector<Index>& names) {
+  num_slots_ = problem.num_free;
+  slot_of_name_.assign(*std::max_element(names.begin(), names.end()) + 1, -1);
+  for (int k = 0; k < num_slots_; ++k) slot_of_name_[names[k]] = k;
+  system_.Analyze(&problem);
   if (!std::isfinite(system_.Linearize(Unmeasured::kHeld))) return false;
   system_.BeginFactorizing(0);
   return true;

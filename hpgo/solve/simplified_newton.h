@@ -24,7 +24,7 @@ class SimplifiedNewton : public SubproblemSolver<G> {
 
   // Orders and linearizes a problem at its poses; names[k] is that of pose k, not negative. False
   // if a cost cannot be evaluated.
-  bool Begin(Subproblem<G>* problem, const std::vector<Index>& names);
+  bool Begin(const Subproblem<G>& problem, const std::vector<Index>& names);
   // Factors on; see BlockCholesky::GoOn.
   Progress GoOn(double multiplications) { return system_.GoOnFactorizing(multiplications); }
 

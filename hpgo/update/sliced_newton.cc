@@ -37,22 +37,28 @@ template <typename G>
 void SlicedNewton<G>::Note(const ScheduleResult& windows, double cost,
                            const Hierarchy<G>& hierarchy) {
   if (windows.at_rest) return Drop();
-  const bool is_useful =
-      hierarchy.num_levels() > 1 && hierarchy.level(0).num_nodes <= kMostNodesOfNewton;
-  const bool is_far_off = is_useful && windows.decrease > kShareOfFarOff * cost;
+  // The top is solved whole as it is.
+  const bool is_far_off = hierarchy.num_levels() > 1 && windows.decrease > kShareOfFarOff * cost;
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
   if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
 }
 
+// As a window; false if it is too large, or nothing is free.
+template <typename G>
+bool SlicedNewton<G>::BuildLevel(const UpdateTools<G>& tools) {
+  Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  return hierarchy.level(0).num_nodes <= kMostNodesOfNewton &&
+         tools.step.window().BuildWhole(0, &hierarchy, false);
+}
+
 template <typename G>
 typename SlicedNewton<G>::Stage SlicedNewton<G>::Begin(const UpdateTools<G>& tools) {
+  if (!BuildLevel(tools)) return Stage::kIdle;
   Window<G>& window = tools.step.window();
-  const Level<G>& level = tools.graph.hierarchy().level(0);
-  if (level.num_nodes > kMostNodesOfNewton) return Stage::kIdle;
-  if (!window.BuildWhole(0, &tools.graph.hierarchy(), false)) return Stage::kIdle;
   VLOG(1) << "newton: factors " << window.num_free() << " nodes";
-  if (!newton_.Begin(&window.subproblem(), window.nodes())) return Stage::kIdle;
+  if (!newton_.Begin(window.subproblem(), window.nodes())) return Stage::kIdle;
   if (newton_.factor_size() > kMostNumbersOfNewton) return Stage::kIdle;
+  const Level<G>& level = tools.graph.hierarchy().level(0);
   known_.assign(level.edges.size(), 0);
   for (const Index e : window.edges()) known_[e] = level.edges[e].generation + 1;
   return Stage::kFactoring;
@@ -77,23 +83,20 @@ template <typename G>
 typename SlicedNewton<G>::Stage SlicedNewton<G>::Step(const UpdateTools<G>& tools,
                                                       const UpdatePlan& plan,
                                                       UpdateReport* report) {
-  Window<G>& window = tools.step.window();
-  const Level<G>& level = tools.graph.hierarchy().level(0);
-  if (level.num_nodes > kMostNodesOfNewton) return Stage::kIdle;
-  if (!window.BuildWhole(0, &tools.graph.hierarchy(), false)) return Stage::kIdle;
+  if (!BuildLevel(tools)) return Stage::kIdle;
   ++report->windows;
-  newton_.SetNames(&window.nodes());
-  const double cost = window.Cost();
+  newton_.SetNames(&tools.step.window().nodes());
+  const Level<G>& level = tools.graph.hierarchy().level(0);
   StressThresholds thresholds = plan.thresholds;
   // All of it moves: what is a little stale everywhere adds up, and windows above would undo the
   // step by it.
   if (tools.options.coarse_edges == CoarseEdges::kGalerkin) thresholds.dirty = 0;
-  const StepResult step = tools.step.SolveBy(&newton_, thresholds, plan.budget, [&](Index e) {
+  const StepResult step = tools.step.SolveBy(&newton_, {}, thresholds, plan.budget, [&](Index e) {
     return e < static_cast<Index>(known_.size()) && known_[e] == level.edges[e].generation + 1;
   });
   hpgo::Note(step, report);
-  VLOG(1) << "newton: cost " << cost << " -> " << cost - step.decrease;
-  return step.decrease > kShareOfFarOff * cost ? Stage::kStepping : Stage::kIdle;
+  VLOG(1) << "newton: cost " << step.initial_cost << " -> " << step.initial_cost - step.decrease;
+  return step.decrease > kShareOfFarOff * step.initial_cost ? Stage::kStepping : Stage::kIdle;
 }
 
 // To where it was when it was saved; idle if what was loaded makes no sense.

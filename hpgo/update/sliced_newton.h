@@ -36,6 +36,7 @@ class SlicedNewton {
 
  private:
   enum class Stage { kIdle, kWanted, kFactoring, kStepping };
+  static bool BuildLevel(const UpdateTools<G>& tools);
   Stage Resume();
   Stage Begin(const UpdateTools<G>& tools);
   Stage Factor();

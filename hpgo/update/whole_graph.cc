@@ -113,12 +113,11 @@ bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, Update
     if (turn > 0) tools.graph.SettleAll();
     if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
     ++report->windows;
-    const double cost = tools.step.window().Cost();
     const StepResult step =
         tools.step.Solve(iterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
     Note(step, report);
     if (!step.status.ok()) return false;
-    if (step.decrease > kFullStandstill * cost) {
+    if (step.decrease > kFullStandstill * step.initial_cost) {
       iterations = std::min(2 * iterations, kFullIterations);
     } else if (step.converged || iterations == 1) {
       return step.converged;

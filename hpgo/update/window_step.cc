@@ -48,19 +48,13 @@ StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., SubproblemOptions().max_seconds);
-  return SolveBy(solver_.get(), options, thresholds, budget, nullptr);
-}
-
-template <typename G>
-StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, const StressThresholds& thresholds,
-                                  const Budget& budget, const IsKnown& is_known) {
-  return SolveBy(solver, {}, thresholds, budget, &is_known);
+  return SolveBy(solver_.get(), options, thresholds, budget);
 }
 
 template <typename G>
 StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
                                   const StressThresholds& thresholds, const Budget& budget,
-                                  const IsKnown* is_known) {
+                                  const IsKnown& is_known) {
   options.cancel = budget.cancel();
   SubproblemSummary summary = solver->Solve(options, &window_.subproblem());
   VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
@@ -68,6 +62,7 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
           << summary.final_cost << (summary.damped ? ", damped, " : ", ") << summary.seconds * 1e3
           << " ms";
   StepResult result;
+  result.initial_cost = summary.initial_cost;
   result.solved_nodes = window_.num_free();
   result.converged = summary.converged;
   result.damped = summary.damped;
@@ -90,13 +85,8 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
 }
 
 template <typename G>
-void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds) {
-  Take(left_behind, thresholds, nullptr);
-}
-
-template <typename G>
 void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
-                         const IsKnown* is_known) {
+                         const IsKnown& is_known) {
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
   RecordChanges(left_behind, thresholds, is_known);
@@ -177,7 +167,7 @@ Status WindowStep<G>::WhyUnusable(const Status& status) const {
 // `left_behind`: the pending of an edge between free nodes after the step.
 template <typename G>
 void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& thresholds,
-                                  const IsKnown* is_known) {
+                                  const IsKnown& is_known) {
   const int l = window_.level();
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
@@ -185,10 +175,9 @@ void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& th
     const double change = FactorChange(window_.subproblem().factors[k], edge.node[0] == kNone,
                                        window_.RelativePoseBefore(k), window_.RelativePose(k));
     TellParent(l, e, change, thresholds, hierarchy_);
-    if (window_.IsInterior(k) && (is_known == nullptr || (*is_known)(e))) {
+    if (window_.IsInterior(k) && (!is_known || is_known(e))) {
       HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
-      const double pending =
-          is_known == nullptr ? left_behind : std::max<double>(edge.pending, left_behind);
+      const double pending = is_known ? std::max<double>(edge.pending, left_behind) : left_behind;
       hierarchy_->SetPending(l, e, static_cast<float>(pending), thresholds.pending);
     } else {
       AddPending(l, e, change, thresholds, hierarchy_);

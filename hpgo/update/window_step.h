@@ -23,7 +23,8 @@ struct StepResult {
   bool converged = false;
   bool damped = false;
   int solved_nodes = 0;
-  double decrease = 0;  // of the window's cost
+  double initial_cost = 0;  // of the window
+  double decrease = 0;      // of it
   Motion largest_moved;
 };
 
@@ -42,14 +43,15 @@ class WindowStep {
   // to the edges around, to those below, and to those above.
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
                    const Budget& budget);
-  // The same by another solver than its own, whose step is no minimum: what was pending stays so,
+  // The same by another solver. With `is_known` its step is no minimum: what was pending stays so,
   // and edges of which the solver does not know pull otherwise where they have changed.
   using IsKnown = std::function<bool(Index level_edge)>;
-  StepResult SolveBy(SubproblemSolver<G>* solver, const StressThresholds& thresholds,
-                     const Budget& budget, const IsKnown& is_known);
+  StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
+                     const StressThresholds& thresholds, const Budget& budget,
+                     const IsKnown& is_known = {});
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
-  // on what has changed; `left_behind` as in RecordChanges.
-  void Take(double left_behind, const StressThresholds& thresholds);
+  // on what has changed; `left_behind` as in RecordChanges, `is_known` as in SolveBy.
+  void Take(double left_behind, const StressThresholds& thresholds, const IsKnown& is_known = {});
   // Why nothing can be solved that holds this edge.
   Status NotFinite(Index level_edge) const;
 
@@ -58,12 +60,8 @@ class WindowStep {
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
-  StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
-                     const StressThresholds& thresholds, const Budget& budget,
-                     const IsKnown* is_known);
-  void Take(double left_behind, const StressThresholds& thresholds, const IsKnown* is_known);
   void RecordChanges(double left_behind, const StressThresholds& thresholds,
-                     const IsKnown* is_known);
+                     const IsKnown& is_known);
 
   Hierarchy<G>* hierarchy_;
   LevelEdgeNamer name_;

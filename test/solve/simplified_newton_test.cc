@@ -24,7 +24,7 @@ class SimplifiedNewtonTest : public testing::Test {
   }
 
   void BeginAndFactor(Problem<G>* problem, const std::vector<Index>& names) {
-    ASSERT_TRUE(newton_.Begin(&problem->subproblem, names));
+    ASSERT_TRUE(newton_.Begin(problem->subproblem, names));
     Progress progress = Progress::kUnderWay;
     while (progress == Progress::kUnderWay) progress = newton_.GoOn(1000);
     ASSERT_EQ(progress, Progress::kDone);

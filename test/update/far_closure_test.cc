@@ -14,9 +14,8 @@
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/io/g2o_reader.h"
 #include "hpgo/io/state_file.h"
-#include "hpgo/optimizer.h"
 #include "hpgo/replay.h"
-#include "hpgo/solve/full_solve.h"
+#include "test/optimizer/oracle.h"
 
 namespace hpgo {
 namespace {
@@ -54,13 +53,6 @@ void CloseFarOff(const PoseGraph<G>& graph, double means, Optimizer<G>* optimize
   ASSERT_TRUE(optimizer->AddEdge(i, j, there, information).ok());
 }
 
-double OptimumOf(const Optimizer<SE3>& optimizer) {
-  PoseGraph<SE3> graph = optimizer.ToGraph();
-  FullSolveOptions options;
-  options.init = InitMethod::kFile;
-  return SolveFull(options, &graph).cost_after;
-}
-
 // Windows alone are 0.9 % above it then, with twice as many an update.
 TEST(FarClosureTest, TwentyUpdatesEndAtTheOptimum) {
   const PoseGraph<SE3> graph = Manhattan();
@@ -73,7 +65,7 @@ TEST(FarClosureTest, TwentyUpdatesEndAtTheOptimum) {
     ASSERT_TRUE(report.status.ok());
     if (first_of_all == 0 && report.solved_nodes > kMostOfWindows) first_of_all = k;
   }
-  EXPECT_LT(optimizer.Cost(), 1.0003 * OptimumOf(optimizer));
+  EXPECT_LT(Gap(optimizer), 0.0003);
   // Three that gained much, one that begins, and two to factor at least.
   EXPECT_GT(first_of_all, 6);
 }
@@ -90,7 +82,7 @@ TEST(FarClosureTest, NodesThatComeMeanwhileAreTakenAlong) {
     ASSERT_TRUE(optimizer.Update().status.ok());
   }
   EXPECT_EQ(optimizer.FindInconsistency(), "");
-  EXPECT_LT(optimizer.Cost(), 1.003 * OptimumOf(optimizer));
+  EXPECT_LT(Gap(optimizer), 0.003);
 }
 
 // Nodes that go, and others that are held from then on.
@@ -107,7 +99,7 @@ TEST(FarClosureTest, NodesThatGoMeanwhileAreLeftOut) {
     ASSERT_TRUE(optimizer.Update().status.ok());
   }
   EXPECT_EQ(optimizer.FindInconsistency(), "");
-  EXPECT_LT(optimizer.Cost(), 1.001 * OptimumOf(optimizer));
+  EXPECT_LT(Gap(optimizer), 0.001);
 }
 
 // Ordinary closures are none: hardly an update of a replay moves all.
