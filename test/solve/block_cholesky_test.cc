@@ -245,6 +245,15 @@ TYPED_TEST(BlockCholeskyTest, SharesGiveTheSameBits) {
   EXPECT_EQ(calls_before, 1);
 }
 
+// One supernode would be one share.
+TYPED_TEST(BlockCholeskyTest, SharesOfAFullMatrixAreSmall) {
+  this->Fill(100, Complete(100), &this->cholesky_);
+  this->cholesky_.BeginFactor(0);
+  int calls = 1;
+  while (this->cholesky_.GoOn(1) == BlockCholesky<TestFixture::B>::Progress::kUnderWay) ++calls;
+  EXPECT_GT(calls, 5);
+}
+
 TYPED_TEST(BlockCholeskyTest, AnIndefiniteMatrixIsRefused) {
   constexpr int kBlock = TypeParam::kSize;
   for (int trial = 0; trial < 40; ++trial) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gtest/gtest.h"
+#include "hpgo/chains/span.h"
 #include "hpgo/solve/block_solver.h"
 #include "small_graphs.h"
 #include "small_problems.h"
@@ -82,6 +83,38 @@ TYPED_TEST(SimplifiedNewtonTest, StepsDescendThoughPosesHaveMoved) {
     cost = step.final_cost;
   }
   EXPECT_LT(cost, 1.000001 * optimum);
+}
+
+TYPED_TEST(SimplifiedNewtonTest, AStepTurnsNothingFurtherThanItReaches) {
+  const PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(40, 0.02, 5).graph;
+  Problem<TypeParam> problem(graph);
+  const std::vector<Index> names = this->NamesFrom(0, problem);
+  this->Optimum(&problem);
+  typename TypeParam::Tangent turn = TypeParam::Tangent::Zero();
+  turn(TypeParam::kDof - 1) = 1.2;
+  std::vector<TypeParam>& poses = problem.subproblem.poses;
+  poses[20] = poses[20].Retract(turn);
+  const TypeParam before = poses[20];
+  this->BeginAndFactor(&problem, names);
+  const SubproblemSummary step = this->Step(&problem, names);
+  EXPECT_TRUE(step.damped);
+  EXPECT_LT(step.final_cost, step.initial_cost);
+  EXPECT_LT(before.LocalCoordinates(poses[20]).template tail<TypeParam::kRotationDof>().norm(),
+            1.1 * kReach);
+}
+
+// With a Hessian that is too soft.
+TYPED_TEST(SimplifiedNewtonTest, AStepThatIsTooLongIsShortened) {
+  const PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(40, 0.02, 6).graph;
+  Problem<TypeParam> problem(graph);
+  const std::vector<Index> names = this->NamesFrom(0, problem);
+  this->BeginAndFactor(&problem, names);
+  for (auto& term : problem.terms) {
+    term.information = ceres_costs::PackedSymmetric<TypeParam::kDof>(3 * term.information.Dense());
+  }
+  const SubproblemSummary step = this->Step(&problem, names);
+  EXPECT_TRUE(step.damped);
+  EXPECT_LT(step.final_cost, step.initial_cost);
 }
 
 // Another order, and other names for those that are not there.

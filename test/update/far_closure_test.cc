@@ -85,6 +85,25 @@ TEST(FarClosureTest, NodesThatComeMeanwhileAreTakenAlong) {
   EXPECT_LT(Gap(optimizer), 0.003);
 }
 
+// What such a step leaves, or does not know of, windows still look at: a closure between
+// neighbours, of which no level above knows.
+TEST(FarClosureTest, ClosuresThatComeMeanwhileAreTakenIn) {
+  const PoseGraph<SE3> graph = Manhattan();
+  Optimizer<SE3> optimizer;
+  Bring(graph, kNodes, &optimizer);
+  CloseFarOff(graph, 1e5, &optimizer);
+  for (int k = 0; k < 14; ++k) {
+    const NodeId i = graph.nodes()[500 + 100 * k].id, j = graph.nodes()[501 + 100 * k].id;
+    SE3::Tangent offset = SE3::Tangent::Zero();
+    offset(1) = 1;
+    const SE3 there = optimizer.GetPose(i)->Between(*optimizer.GetPose(j)).Retract(offset);
+    ASSERT_TRUE(optimizer.AddEdge(i, j, there, graph.edges().front().information).ok());
+    ASSERT_TRUE(optimizer.Update().status.ok());
+  }
+  for (int k = 0; k < 10; ++k) ASSERT_TRUE(optimizer.Update().status.ok());
+  EXPECT_LT(Gap(optimizer), 1e-4);
+}
+
 // Nodes that go, and others that are held from then on.
 TEST(FarClosureTest, NodesThatGoMeanwhileAreLeftOut) {
   const PoseGraph<SE3> graph = Manhattan();
