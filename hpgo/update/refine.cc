@@ -37,7 +37,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   do {
     if (solved_at_depth_ > kMostPasses * graph_.hierarchy().level(0).num_nodes) {
       // Windows that undo each other's work, or that are small beside what they belong to.
-      const Step full = RunFull(left, Budget(budget.Rest(), true), gauge);
+      const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
       const bool ended = full.converged || !budget.IsStopped();
       if (ended) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);

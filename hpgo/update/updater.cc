@@ -106,20 +106,6 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
   return step;
 }
 
-// Where a solve has bent chains too far they are cut, and it goes on without them.
-template <typename G>
-typename Updater<G>::Step Updater<G>::RunFull(const Changes& changes, const Budget& budget,
-                                              Gauge<G>* gauge) {
-  Step step = Run(changes, Mode::kFull, budget, depth_, gauge);
-  while (!step.converged && step.report.status.ok() && graph_.has_changes() &&
-         !budget.IsStopped()) {
-    const Step next = Run(Changes::None(changes.newest), Mode::kFull, budget, depth_, gauge);
-    Accumulate(next.report, &step.report);
-    step.converged = next.converged;
-  }
-  return step;
-}
-
 // Of much that is far off, bent chains, windows and rigid groups make knots.
 template <typename G>
 bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const {
@@ -183,7 +169,7 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   if (at_once || (goes_on && FitsWhole(none, budget))) {
     const Changes& left = at_once ? changes : none;
     SetDepth(1);
-    const Step full = RunFull(left, Budget(budget.Rest()), gauge);
+    const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
     Accumulate(full.report, &sum);
     sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
     if (!full.report.status.ok()) {  // the rest is done

@@ -36,7 +36,6 @@ class Updater {
     bool converged = false;  // a solve of the whole graph
   };
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
-  Step RunFull(const Changes& changes, const Budget& budget, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
   bool FitsWhole(const Changes& changes, const Budget& budget) const;
