@@ -3,6 +3,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cmath>
 #include <fstream>
 #include <iterator>
@@ -83,6 +84,19 @@ TEST(FarClosureTest, NodesThatComeMeanwhileAreTakenAlong) {
   }
   EXPECT_EQ(optimizer.FindInconsistency(), "");
   EXPECT_LT(Gap(optimizer), 0.003);
+}
+
+TEST(FarClosureTest, ACancelledUpdateDoesNoSlice) {
+  const PoseGraph<SE3> graph = Manhattan();
+  Optimizer<SE3> optimizer;
+  Bring(graph, kNodes, &optimizer);
+  CloseFarOff(graph, 1e5, &optimizer);
+  for (int k = 0; k < 3; ++k) ASSERT_TRUE(optimizer.Update().status.ok());
+  const std::atomic<bool> cancel{true};
+  UpdateLimits limits;
+  limits.cancel = &cancel;
+  for (int k = 0; k < 20; ++k) EXPECT_EQ(optimizer.Update(limits).solved_nodes, 0);
+  EXPECT_LT(optimizer.Update().solved_nodes, kMostOfWindows);  // it has still to begin
 }
 
 // What such a step leaves, or does not know of, windows still look at: a closure between
