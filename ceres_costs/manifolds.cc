@@ -11,16 +11,17 @@ using LocalByAmbient = Eigen::Matrix<double, G::kDof, G::kParams, Eigen::RowMajo
 }  // namespace
 
 template <typename G>
-bool RetractionManifold<G>::Plus(const double* x, const double* delta, double* x_plus_delta) const {
-  const G y = G(x).Retract(Eigen::Map<const typename G::Tangent>(delta));
+bool ExponentialManifold<G>::Plus(const double* x, const double* delta,
+                                  double* x_plus_delta) const {
+  const G y = G(x).Plus(Eigen::Map<const typename G::Tangent>(delta));
   for (int k = 0; k < G::kParams; ++k) x_plus_delta[k] = y.data()[k];
   return true;
 }
 
 template <typename G>
-bool RetractionManifold<G>::Minus(const double* y, const double* x, double* y_minus_x) const {
+bool ExponentialManifold<G>::Minus(const double* y, const double* x, double* y_minus_x) const {
   Eigen::Map<typename G::Tangent> out(y_minus_x);
-  out = G(x).LocalCoordinates(G(y));
+  out = G(y).Minus(G(x));
   return true;
 }
 
@@ -58,9 +59,9 @@ std::unique_ptr<ceres::Manifold> MakePoseManifold(JacobianKind kind) {
   return std::make_unique<PoseManifold<G>>();
 }
 
-template class RetractionManifold<SE2>;
-template class RetractionManifold<SE3>;
-template class RetractionManifold<YawPose>;
+template class ExponentialManifold<SE2>;
+template class ExponentialManifold<SE3>;
+template class ExponentialManifold<YawPose>;
 template class PoseManifold<SE2>;
 template class PoseManifold<SE3>;
 template class PoseManifold<YawPose>;

@@ -16,11 +16,11 @@ enum class JacobianKind {
   kLocal,    // by the tangent, in the first kDof columns, zeros after. With LocalPoseManifold
 };
 
-// What the two manifolds share, the retraction of G: Plus(x, d) = x.Retract(d) and
-// Minus(y, x) = x.LocalCoordinates(y). A block is a pose in the storage order of G; a quaternion
+// What the two manifolds share, the exponential of G: Plus(x, d) = x.Plus(d) and
+// Minus(y, x) = y.Minus(x). A block is a pose in the storage order of G; a quaternion
 // must be of unit norm. Stateless: one object serves any number of blocks, problems and threads.
 template <typename G>
-class RetractionManifold : public ceres::Manifold {
+class ExponentialManifold : public ceres::Manifold {
  public:
   int AmbientSize() const final { return G::kParams; }
   int TangentSize() const final { return G::kDof; }
@@ -30,7 +30,7 @@ class RetractionManifold : public ceres::Manifold {
 
 // With the true Jacobians, for any cost by the stored parameters.
 template <typename G>
-class PoseManifold final : public RetractionManifold<G> {
+class PoseManifold final : public ExponentialManifold<G> {
  public:
   bool PlusJacobian(const double* x, double* jacobian) const override;
   bool MinusJacobian(const double* x, double* jacobian) const override;
@@ -39,7 +39,7 @@ class PoseManifold final : public RetractionManifold<G> {
 // With PlusJacobian = [I; 0], for costs of JacobianKind::kLocal alone: their Jacobian times [I; 0]
 // is the local one, which saves them the way through the ambient space.
 template <typename G>
-class LocalPoseManifold final : public RetractionManifold<G> {
+class LocalPoseManifold final : public ExponentialManifold<G> {
  public:
   bool PlusJacobian(const double* x, double* jacobian) const override;
   bool MinusJacobian(const double* x, double* jacobian) const override;
@@ -49,7 +49,8 @@ class LocalPoseManifold final : public RetractionManifold<G> {
 template <typename G>
 std::unique_ptr<ceres::Manifold> MakePoseManifold(JacobianKind kind);
 
-// d Retract(d) / d d at 0, kParams x kDof: J_local = J_ambient * RetractionJacobian(x).
+// d Plus(d) / d d and d Retract(d) / d d at 0, kParams x kDof:
+// J_local = J_ambient * RetractionJacobian(x).
 inline Eigen::Matrix<double, 3, 3> RetractionJacobian(const SE2& x) {
   Eigen::Matrix<double, 3, 3> P = Eigen::Matrix<double, 3, 3>::Identity();
   P.topLeftCorner<2, 2>() = x.matrix();

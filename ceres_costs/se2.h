@@ -97,6 +97,12 @@ class SE2T {
     return Tangent(k * (a * data_[0] + b * data_[1]), k * (a * data_[1] - b * data_[0]), data_[2]);
   }
 
+  // *this * Exp(d), and the d for which x.Plus(d) == *this. Other than with Retract, the twists by
+  // which a motion of the world moves two poses keep their relative pose, however far they go: in a
+  // step of a solve, what moves as one stays rigid.
+  SE2T Plus(const Tangent& d) const { return (*this * Exp(d)).Normalized(); }
+  Tangent Minus(const SE2T& x) const { return x.Between(*this).Log(); }
+
   // T Exp(d) = Exp(Ad(T) d) T.
   Matrix Adjoint() const {
     Matrix m = Matrix::Identity();

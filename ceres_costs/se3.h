@@ -98,6 +98,12 @@ class SE3T {
     return r;
   }
 
+  // *this * Exp(d), and the d for which x.Plus(d) == *this. Other than with Retract, the twists by
+  // which a motion of the world moves two poses keep their relative pose, however far they go: in a
+  // step of a solve, what moves as one stays rigid.
+  SE3T Plus(const Tangent& d) const { return (*this * Exp(d)).Normalized(); }
+  Tangent Minus(const SE3T& x) const { return x.Between(*this).Log(); }
+
   // Ad(T) = [R, [t]x R; 0, R]: T Exp(d) = Exp(Ad(T) d) T.
   Matrix Adjoint() const {
     const RotationMatrix r = matrix();

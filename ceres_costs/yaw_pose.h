@@ -86,6 +86,12 @@ class YawPoseT {
     return Tangent(d(0), d(1), data_[2], d(2));
   }
 
+  // *this * Exp(d), and the d for which x.Plus(d) == *this. Other than with Retract, the twists by
+  // which a motion of the world moves two poses keep their relative pose, however far they go: in a
+  // step of a solve, what moves as one stays rigid.
+  YawPoseT Plus(const Tangent& d) const { return (*this * Exp(d)).Normalized(); }
+  Tangent Minus(const YawPoseT& x) const { return x.Between(*this).Log(); }
+
   // T Exp(d) = Exp(Ad(T) d) T.
   Matrix Adjoint() const {
     Matrix m = Matrix::Identity();

@@ -93,11 +93,11 @@ template <typename G>
 SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c) {
   const typename G::Matrix M = Transport(second.T);
   const typename G::Tangent shift = M * first.shift + second.shift;
-  const typename G::Tangent innovation = (first.T * second.T).LocalCoordinates(T_a_c) - shift;
+  const typename G::Tangent innovation = T_a_c.Minus(first.T * second.T) - shift;
   const typename G::Matrix gain = first.covariance.Dense() * M.transpose();
   const typename G::Matrix sum = M * gain + second.covariance.Dense();
   SplitPose<G> split;
-  split.first = first.T.Retract(first.shift + gain * sum.llt().solve(innovation));
+  split.first = first.T.Plus(first.shift + gain * sum.llt().solve(innovation));
   split.second = split.first.Between(T_a_c);
   return split;
 }
@@ -105,7 +105,7 @@ SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, c
 template <typename G>
 double BendAt(const SpanModel<G>& model, const G& T) {
   constexpr double kShortest = 1e-9;  // m
-  const typename G::Tangent d = model.T.LocalCoordinates(T);
+  const typename G::Tangent d = T.Minus(model.T);
   return std::max(d.template tail<G::kRotationDof>().norm(),
                   d.template head<G::kDim>().norm() / std::max<double>(model.length, kShortest));
 }
@@ -136,17 +136,17 @@ double ChainWeight(const SpanModel<G>& model) {
 
 template <typename G>
 bool IsTwisted(const G& measurement, const G& T_i_j) {
-  const typename G::Tangent d = measurement.LocalCoordinates(T_i_j);
+  const typename G::Tangent d = T_i_j.Minus(measurement);
   return d.template tail<G::kRotationDof>().norm() > kReach;
 }
 
 template <typename G>
 StepWithinReach<G> TowardsWithinReach(const SpanModel<G>& model, const G& T, double part) {
-  const typename G::Tangent d = model.T.LocalCoordinates(T);
+  const typename G::Tangent d = T.Minus(model.T);
   const double turn = d.template tail<G::kRotationDof>().norm();
   part *= std::min(1., kReach / turn);
   if (!(part < 1)) return {T, true};
-  return {model.T.Retract(part * d), false};
+  return {model.T.Plus(part * d), false};
 }
 
 template <typename G>

@@ -31,7 +31,7 @@ struct SpanModel {
 // The perturbation of another T_a_b that the edges prefer.
 template <typename G>
 typename G::Tangent ShiftAt(const SpanModel<G>& model, const G& T) {
-  return model.shift - model.T.LocalCoordinates(T);
+  return model.shift - T.Minus(model.T);
 }
 
 // An edge of a chain: its measurement, and the inverse of its information. `reversed`: the chain

@@ -53,12 +53,12 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
     transport = transport * edge.Y.InverseAdjoint();
     product = edge.Y * product;
   }
-  const Tangent innovation = product.LocalCoordinates(T) - shift;
+  const Tangent innovation = T.Minus(product) - shift;
   const Tangent pull = sum.llt().solve(innovation);
   G rest = T;
   for (int k = 0; k + 1 < leaf.count; ++k) {
     const G& Y = edges_[leaf.items[k]].Y;
-    poses[k] = Y.Retract(models[k].shift + gains[k] * pull);
+    poses[k] = Y.Plus(models[k].shift + gains[k] * pull);
     rest = poses[k].Between(rest);
   }
   poses[leaf.count - 1] = rest.Normalized();

@@ -142,7 +142,7 @@ CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge) {
     for (int k = 0; k < static_cast<int>(graph.poses.size()); ++k) {
       if (k == held) continue;
       const typename G::Tangent d = step.template segment<D>((k < held ? k : k - 1) * D);
-      graph.poses[k] = graph.poses[k].Retract(d);
+      graph.poses[k] = graph.poses[k].Plus(d);
     }
   }
   const int at = (other - 1) * D;  // `other` comes after `held`

@@ -169,7 +169,7 @@ class BlockSolver : public SubproblemSolver<G> {
       FindStep(damping);
       for (int k = 0; k < problem_->num_free; ++k) {
         const Vector d(&step_[static_cast<std::size_t>(k) * G::kDof]);
-        problem_->poses[k] = problem_->poses[k].Retract(d);
+        problem_->poses[k] = problem_->poses[k].Plus(d);
       }
       double beyond = Linearize();
       SubproblemSummary unused;
@@ -218,7 +218,7 @@ class BlockSolver : public SubproblemSolver<G> {
     trial_ = problem_->poses;
     for (int k = 0; k < problem_->num_free; ++k) {
       const Vector d(&step_[static_cast<std::size_t>(k) * G::kDof]);
-      trial_[k] = problem_->poses[k].Retract(part * d);
+      trial_[k] = problem_->poses[k].Plus(part * d);
     }
     result->predicted = predicted;
     result->cost = system_.Cost(trial_);

@@ -131,7 +131,7 @@ double SimplifiedNewton<G>::Try(double part, const Subproblem<G>& problem) {
   for (int k = 0; k < problem.num_free; ++k) {
     if (slots_[k] < 0) continue;
     const Eigen::Map<Tangent> d(&step_[static_cast<std::size_t>(k) * G::kDof]);
-    trial_[k] = problem.poses[k].Retract(part * d);
+    trial_[k] = problem.poses[k].Plus(part * d);
   }
   for (const Follower& follower : followers_) {
     trial_[follower.pose] = trial_[follower.leader] * follower.T_leader_pose;

@@ -129,6 +129,32 @@ TYPED_TEST(GroupTest, LocalCoordinatesInvertRetract) {
   }
 }
 
+TYPED_TEST(GroupTest, MinusInvertsPlus) {
+  using G = TypeParam;
+  std::mt19937 rng(7);
+  for (const auto& d : SampleTangents<G>(1e-9)) {
+    const G x = RandomPose<G>(&rng, 10);
+    const double tolerance = 1e-12 * (10 + d.norm());
+    EXPECT_TRUE(IsNear(x.Plus(d).Minus(x), d, tolerance)) << d.transpose();
+    const G y = RandomPose<G>(&rng, 10);
+    EXPECT_TRUE(IsSamePose(x.Plus(y.Minus(x)), y, 1e-12));
+  }
+}
+
+// However far: half a turn about a point 100 m away.
+TYPED_TEST(GroupTest, PosesMovedByOneMotionOfTheWorldKeepTheirRelativePose) {
+  using G = TypeParam;
+  std::mt19937 rng(8);
+  const auto motion = MakeTangent(static_cast<const G*>(nullptr), 300, 2.9);
+  for (int k = 0; k < 20; ++k) {
+    const G x = RandomPose<G>(&rng, 100), y = RandomPose<G>(&rng, 100);
+    const G x_moved = x.Plus(x.InverseAdjoint() * motion);
+    const G y_moved = y.Plus(y.InverseAdjoint() * motion);
+    EXPECT_TRUE(IsSamePose(x_moved.Between(y_moved), x.Between(y), 1e-11));
+    EXPECT_TRUE(IsSamePose(x_moved, G::Exp(motion) * x, 1e-11));
+  }
+}
+
 TYPED_TEST(GroupTest, AdjointMovesAPerturbationToTheOtherSide) {
   using G = TypeParam;
   std::mt19937 rng(4);

@@ -143,6 +143,44 @@ TYPED_TEST(BlockSolverStepsTest, AStepThatOvershootsIsShortened) {
   EXPECT_NEAR(problem.poses[0].data()[0], 0, 1e-6);
 }
 
+// Stiff edges of 10 m behind one that only turns easily, and a measurement by which all of it has
+// to swing around that joint: the linear model is exact, if only the steps go along the arcs.
+TYPED_TEST(BlockSolverStepsTest, WhatSwingsIsNotStretched) {
+  using G = TypeParam;
+  constexpr int kPoses = 20;
+  typename G::Tangent ahead = G::Tangent::Zero(), turn = G::Tangent::Zero(),
+                      stiff = G::Tangent::Constant(1e6);
+  ahead[0] = 10;
+  turn[G::kDof - 1] = 0.5;
+  typename G::Tangent joint = stiff;
+  joint[G::kDof - 1] = 1e-6;
+  const auto term = [](const G& measurement, const typename G::Tangent& information) {
+    return RelativePoseTerm<G>{
+        measurement, PackedSymmetric<G::kDof>(typename G::Matrix(information.asDiagonal()))};
+  };
+  std::vector<RelativePoseTerm<G>> terms;
+  Subproblem<G> problem;
+  problem.num_free = kPoses;
+  const int held = kPoses;
+  for (int k = 0; k < kPoses; ++k) {
+    problem.poses.push_back(G().Plus(k * ahead));
+    terms.push_back(term(k == 0 ? G() : G().Plus(ahead), k == 0 ? joint : stiff));
+  }
+  problem.poses.emplace_back();
+  terms.push_back(term(G().Plus(turn) * problem.poses[kPoses - 1], stiff));
+  for (int k = 0; k <= kPoses; ++k) {
+    Factor<G>& factor = problem.factors.emplace_back();
+    factor.term = &terms[k];
+    factor.convention = ceres_costs::ErrorConvention::kTwist;
+    factor.i = k == 0 || k == kPoses ? held : k - 1;
+    factor.j = k == kPoses ? kPoses - 1 : k;
+  }
+  const SubproblemSummary summary = this->solver_->Solve(SubproblemOptions(), &problem);
+  EXPECT_EQ(summary.iterations, 1);
+  EXPECT_FALSE(summary.damped);
+  EXPECT_LT(summary.final_cost, 1e-9 * summary.initial_cost);
+}
+
 TYPED_TEST(BlockSolverStepsTest, TellsItsProgress) {
   using G = TypeParam;
   Problem<G> problem(MakeKnownGraph<G>(30, 0.3, 9).graph);
