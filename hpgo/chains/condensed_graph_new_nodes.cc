@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
+#include <optional>
 
 #include "ceres_costs/factor_term.h"
 #include "hpgo/chains/condensed_graph.h"
@@ -22,8 +23,8 @@ std::vector<Index> CondensedGraph<G>::LooseByAge() const {
 }
 
 // The caller may have posed new nodes in another estimate of the map than the current one. Each
-// takes, of its own pose, of what an edge to an older node says, and of what its new neighbour was
-// moved by, the one at which its edges cost least.
+// takes its own pose, or that by its oldest edge, the one at which its edges cost less: what the
+// edge to an older node says, or what its new neighbour was moved by.
 template <typename G>
 void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
   std::map<Index, G> given;  // by new node with its pose found
@@ -51,22 +52,18 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
       }
       return sum;
     };
-    std::vector<G> candidates;
+    // By the edge it came with: what closes a loop would tear it from its trajectory.
     for (auto tie = ties.rbegin(); tie != ties.rend(); ++tie) {  // oldest first
+      std::optional<G> candidate;
       if (tie->old) {
         const G& Z = FactorOf(tie->edge).term->measurement;
-        candidates.push_back(tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse()));
+        candidate = tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse());
       } else if (given.count(tie->other) > 0) {
-        candidates.push_back(tie->X * given.at(tie->other).Between(given.at(n)));
+        candidate = tie->X * given.at(tie->other).Between(given.at(n));
       }
-      if (candidates.size() == 2) break;
-    }
-    double least = cost(pose);
-    for (const G& candidate : candidates) {
-      const double at = cost(candidate);
-      if (!(at < least)) continue;
-      least = at;
-      pose = candidate.Normalized();
+      if (!candidate) continue;
+      if (cost(*candidate) < cost(pose)) pose = candidate->Normalized();
+      break;
     }
   }
 }

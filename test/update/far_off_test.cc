@@ -16,11 +16,12 @@ namespace {
 
 constexpr int kNodes = 12'000;
 
-PoseGraph<SE3> DriftingCity() {
+PoseGraph<SE3> DriftingCity(int nodes = kNodes, double noise = 0.02, std::uint64_t seed = 1) {
   GenerateOptions generate;
   generate.world = World::kCity;
-  generate.nodes = kNodes;
-  generate.noise_rotation = 0.02;
+  generate.nodes = nodes;
+  generate.noise_rotation = noise;
+  generate.seed = seed;
   return GenerateGraph<SE3>(generate)->graph;
 }
 
@@ -54,6 +55,23 @@ TEST(FarOffTest, ThousandsOfNodesAtOnceAreTakenIn) {
     EXPECT_LE(optimizer.Cost(), (converge ? 1.000001 : 1.02) * optimum);
     EXPECT_TRUE(optimizer.Refine().at_rest);
     EXPECT_LE(optimizer.Cost(), 1.000001 * optimum);
+  }
+}
+
+// What closes loops among new nodes must not tear their trajectory.
+TEST(FarOffTest, BatchesEndWhereFullOptimizationDoes) {
+  for (const PoseGraph<SE3>& graph :
+       {DriftingCity(6'000, 0.01, 1), DriftingCity(kNodes, 0.005, 2)}) {
+    const auto nodes = static_cast<double>(graph.nodes().size());
+    Optimizer<SE3> optimizer;
+    for (const ReplayStep& step : ReplaySteps(graph)) {
+      ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, &optimizer).ok());
+      for (const double part : {1. / 24, 0.43, 0.72, 1.}) {
+        if (optimizer.num_nodes() != static_cast<std::size_t>(part * nodes)) continue;
+        EXPECT_TRUE(optimizer.Converge().at_rest);
+      }
+    }
+    EXPECT_LE(optimizer.Cost(), 1.000001 * OptimumOf(graph, InitMethod::kOdometry));
   }
 }
 
