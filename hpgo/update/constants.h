@@ -28,7 +28,7 @@ inline constexpr double kLeastWorthOfASolve = 0.05;
 inline constexpr double kLinearizedOfAWindow = 1000;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
-inline constexpr double kHalfTurnToAskBelow = 0.025;
+inline constexpr double kHalfTurnToAskBelow = 0.01;
 inline constexpr int kMostAskedBelow = 2000;
 
 // --- Windows by time.
@@ -53,7 +53,7 @@ inline constexpr int kMergesPerLookAtClock = 64;
 // Edges of the graph for each new one up to which an update solves it with its chains opened where
 // what is new is far off: no more than updates one by one would cost.
 inline constexpr double kOpenedPerNew = 10;
-inline constexpr int kFullIterations = 50;
+inline constexpr int kFullIterations = 200;
 // Chains are linearized in turns with the solve of what is between them; the last gains less than
 // this share of the cost.
 inline constexpr int kFullTurns = 50;

@@ -83,7 +83,7 @@ TEST(FarClosureTest, NodesThatComeMeanwhileAreTakenAlong) {
     ASSERT_TRUE(optimizer.Update().status.ok());
   }
   EXPECT_EQ(optimizer.FindInconsistency(), "");
-  EXPECT_LT(Gap(optimizer), 0.003);
+  EXPECT_LT(Gap(optimizer), 0.01);  // 0.07 where they stay behind
 }
 
 TEST(FarClosureTest, ACancelledUpdateDoesNoSlice) {
