@@ -99,6 +99,18 @@ TEST(FarClosureTest, ACancelledUpdateDoesNoSlice) {
   EXPECT_LT(optimizer.Update().solved_nodes, kMostOfWindows);  // it has still to begin
 }
 
+// Refine has done what the next steps would have.
+TEST(FarClosureTest, RefineGivesItUp) {
+  const PoseGraph<SE3> graph = Manhattan();
+  Optimizer<SE3> optimizer;
+  Bring(graph, kNodes, &optimizer);
+  CloseFarOff(graph, 1e5, &optimizer);
+  int updates = 0;
+  while (optimizer.Update().solved_nodes <= kMostOfWindows) ASSERT_LT(++updates, 20);
+  ASSERT_TRUE(optimizer.Refine().at_rest);
+  EXPECT_EQ(optimizer.Update().solved_nodes, 0);
+}
+
 // What such a step leaves, or does not know of, windows still look at: a closure between
 // neighbours, of which no level above knows.
 TEST(FarClosureTest, ClosuresThatComeMeanwhileAreTakenIn) {
