@@ -1,5 +1,6 @@
 #include "hpgo/update/window_step.h"
 
+#include <cmath>
 #include <string>
 
 #include "gtest/gtest.h"
@@ -44,6 +45,61 @@ TEST_F(WindowStepTest, AStepThatIsNoMinimumIsNot) {
   EXPECT_GT(Solve([](Index e) { return e != kNewEdge; }).decrease, 0);
   EXPECT_EQ(Pending(kPendingEdge), kPending);
   EXPECT_GT(Pending(kNewEdge), kPending);  // it has changed
+}
+
+// Two groups a kilometre apart, with so many edges between them, which all fit; the edge above them
+// says that they are turned.
+class AskBelowTest : public testing::Test {
+ protected:
+  // Whether a step goes where the edge above says.
+  bool Follows(double turn, int edges_between) {
+    Hierarchy<SE2> hierarchy = MakeHierarchy(TwoPairs(edges_between), {2, 3});
+    EXPECT_EQ(hierarchy.num_levels(), 2);
+    const LevelEdge& edge = hierarchy.level(1).edges[0];
+    EXPECT_EQ(edge.num_children, edges_between);
+    const auto angle = [&] {
+      return hierarchy.RelativePose(1, edge.node[0], edge.node[1]).angle();
+    };
+    SE2& measured = hierarchy.mutable_level(1).terms[0].measurement;
+    measured = measured * SE2(0, 0, turn);
+    WindowStep<SE2> step(Engine::kBlock, &hierarchy, [](Index e) { return std::to_string(e); });
+    EXPECT_TRUE(step.window().BuildWhole(1, &hierarchy));
+    const double before = angle();
+    step.Solve(10, 1e9, StressThresholds::FromMean(1, 1e-3), Budget(UpdateLimits()));
+    const double turned = angle() - before;
+    EXPECT_TRUE(turned == 0 || std::abs(turned - turn) < 1e-6) << turned;
+    return turned != 0;
+  }
+
+ private:
+  static PoseGraph<SE2> TwoPairs(int edges_between) {
+    PoseGraph<SE2> graph;
+    for (int k = 0; k < 4; ++k) (void)graph.AddNode({k, SE2(k < 2 ? k : 1000 + k, 0, 0), false});
+    GraphEdge<SE2> edge;
+    edge.information = SE2::Matrix::Identity();
+    const auto add = [&](int i, int j) {
+      edge.i = i;
+      edge.j = j;
+      edge.measurement = graph.nodes()[i].pose.Between(graph.nodes()[j].pose);
+      (void)graph.AddEdge(edge);
+    };
+    add(0, 1);
+    for (int k = 0; k < edges_between; ++k) add(1, 2);
+    add(2, 3);
+    return graph;
+  }
+};
+
+TEST_F(AskBelowTest, AFarTurnIsNotTakenWhereTheEdgesBelowDisagree) {
+  EXPECT_FALSE(Follows(0.2, 5));
+}
+
+TEST_F(AskBelowTest, ASmallOneIsTakenAsItIs) { EXPECT_TRUE(Follows(0.02, 5)); }
+
+// However many edges there are below: what is asked is bounded.
+TEST_F(AskBelowTest, ATurnOfMoreEdgesThanMayBeAskedIsTakenAsItIs) {
+  EXPECT_FALSE(Follows(0.2, 1900));
+  EXPECT_TRUE(Follows(0.2, 2100));
 }
 
 }  // namespace
