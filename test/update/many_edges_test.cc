@@ -59,6 +59,31 @@ TYPED_TEST(ManyEdgesTest, AHubWithMoreEdgesThanAWindowMoves) {
   EXPECT_LT(Gap(optimizer), 1e-6);
 }
 
+// With all edges of the hub up for a look, the update would get to nothing else.
+TYPED_TEST(ManyEdgesTest, ARemovalAtAHubIsSettledAtOnce) {
+  using G = TypeParam;
+  Optimizer<G> optimizer;
+  const int spokes = 300;
+  ASSERT_TRUE(optimizer.AddNode(0, G()).ok());
+  G Z;
+  Z.translation()(0) = 1;
+  for (int k = 1; k <= spokes; ++k) {
+    ASSERT_TRUE(optimizer.AddNode(k, Z).ok());
+    ASSERT_TRUE(optimizer.AddEdge(0, k, Z, this->information_).ok());
+    if (k > 1) {
+      ASSERT_TRUE(optimizer.AddEdge(k - 1, k, G(), this->information_).ok());
+    }
+  }
+  G off = Z;
+  off.translation()(0) = 1.01;
+  const EdgeId wrong = *optimizer.AddEdge(0, spokes / 2, off, this->information_);
+  ASSERT_TRUE(optimizer.Refine().at_rest);
+  ASSERT_TRUE(optimizer.RemoveEdge(wrong).ok());
+  EXPECT_GT(optimizer.Cost(), 1e-3);
+  optimizer.Update();
+  EXPECT_LT(optimizer.Cost(), 1e-9);
+}
+
 // Each window holds a few poses of what belongs together: they say so, and Refine gets there.
 TYPED_TEST(ManyEdgesTest, WhereAllSeeAllRefineGetsToTheOptimum) {
   using G = TypeParam;
