@@ -11,7 +11,7 @@
 namespace hpgo {
 
 // A graph with its first node held, all of it taken in; nothing is pending, and no coarse edge is
-// merged.
+// merged. `loss`: of the edges that close loops.
 template <typename G>
 class UpdateFixture {
  public:
@@ -29,7 +29,7 @@ class UpdateFixture {
       EdgeData<G> data;
       data.term = {edge.measurement, ceres_costs::PackedSymmetric<G::kDof>(edge.information)};
       data.weight = ModularityWeight(data.term);
-      data.loss = loss;
+      if (edge.j != edge.i + 1) data.loss = loss;
       graph_.AddEdge(edge.i, edge.j, data);
     }
     graph_.Restructure();

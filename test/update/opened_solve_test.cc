@@ -1,0 +1,95 @@
+// A solve with all chains opened that has to end before it is at the optimum.
+
+#include <atomic>
+#include <memory>
+
+#include "gtest/gtest.h"
+#include "test/update/update_tools.h"
+
+namespace hpgo {
+namespace {
+
+using ceres_costs::SE2;
+
+// Squared; sets a flag once it has been evaluated so often.
+class Canceller : public ceres::LossFunction {
+ public:
+  Canceller(int evaluations, std::atomic<bool>* cancel) : left_(evaluations), cancel_(cancel) {}
+  void Evaluate(double s, double rho[3]) const override {
+    rho[0] = s;
+    rho[1] = 1;
+    rho[2] = 0;
+    if (--left_ == 0) *cancel_ = true;
+  }
+
+ private:
+  mutable int left_;
+  std::atomic<bool>* cancel_;
+};
+
+class OpenedSolveTest : public testing::Test {
+ protected:
+  // A row of nodes a metre apart, each turned by so much against the one before it.
+  static PoseGraph<SE2> Row(int nodes, double turn) {
+    PoseGraph<SE2> graph;
+    for (int k = 0; k < nodes; ++k) {
+      const SE2 step(1, 0, turn);
+      (void)graph.AddNode({k, k == 0 ? SE2() : graph.nodes()[k - 1].pose * step, false});
+      if (k > 0) Close(k - 1, k, step, &graph);
+    }
+    return graph;
+  }
+  static void Close(int i, int j, const SE2& measurement, PoseGraph<SE2>* graph) {
+    GraphEdge<SE2> edge;
+    edge.i = i;
+    edge.j = j;
+    edge.measurement = measurement;
+    edge.information = 100 * SE2::Matrix::Identity();
+    (void)graph->AddEdge(edge);
+  }
+  // Cancelled when the closures have been evaluated so often.
+  UpdateReport Solve(const PoseGraph<SE2>& graph, int evaluations) {
+    cancel_ = false;
+    update_ = std::make_unique<UpdateFixture<SE2>>(
+        graph, OptimizerOptions(), std::make_shared<Canceller>(evaluations, &cancel_));
+    UpdateLimits limits;
+    limits.cancel = &cancel_;
+    const Budget budget(limits);
+    UpdateReport report;
+    SolveOpened(update_->tools(), {budget, thresholds_, News()}, 1e9, &report);
+    return report;
+  }
+
+  const StressThresholds thresholds_ = StressThresholds::FromMean(1, 1e-4);
+  std::atomic<bool> cancel_{false};
+  std::unique_ptr<UpdateFixture<SE2>> update_;
+};
+
+// Nobody else would look where its linearizations still miss.
+TEST_F(OpenedSolveTest, LeavesAllPendingWhereItWasCutShort) {
+  PoseGraph<SE2> graph = Row(60, 0.05);
+  Close(10, 40, SE2(0, 10, 3), &graph);
+  Close(20, 59, SE2(0, 10, 3), &graph);
+  const double to_the_end = Solve(graph, 1'000'000).cost_decrease;
+  EXPECT_EQ(LargestPending(0, update_->hierarchy()), 0);
+  const double decrease = Solve(graph, 10).cost_decrease;
+  EXPECT_GT(decrease, 0);
+  EXPECT_LT(decrease, 0.5 * to_the_end);
+  // All but that to the node that is held.
+  EXPECT_EQ(PendingEdges(thresholds_, update_->hierarchy()).size(), 5u);
+}
+
+// A chain is no model of edges that are turned further than a linearization reaches.
+TEST_F(OpenedSolveTest, EdgesThatStayTurnedFarAreFreedOfTheirChain) {
+  for (const double turn : {0.5, 3.}) {
+    PoseGraph<SE2> graph = Row(4, 0);
+    for (int k = 0; k < 2; ++k) Close(0, 3, SE2(0, 0, turn), &graph);
+    EXPECT_GT(Solve(graph, 1'000'000).cost_decrease, 0);
+    EXPECT_EQ(update_->hierarchy().level(0).num_nodes, 2);
+    update_->graph().Restructure();
+    EXPECT_EQ(update_->hierarchy().level(0).num_nodes, turn < 1 ? 2 : 4);
+  }
+}
+
+}  // namespace
+}  // namespace hpgo
