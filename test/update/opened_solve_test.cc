@@ -1,4 +1,4 @@
-// A solve with all chains opened that has to end before it is at the optimum.
+// What a solve with all chains opened leaves behind.
 
 #include <atomic>
 #include <memory>
@@ -35,11 +35,11 @@ class OpenedSolveTest : public testing::Test {
     for (int k = 0; k < nodes; ++k) {
       const SE2 step(1, 0, turn);
       (void)graph.AddNode({k, k == 0 ? SE2() : graph.nodes()[k - 1].pose * step, false});
-      if (k > 0) Close(k - 1, k, step, &graph);
+      if (k > 0) Add(k - 1, k, step, &graph);
     }
     return graph;
   }
-  static void Close(int i, int j, const SE2& measurement, PoseGraph<SE2>* graph) {
+  static void Add(int i, int j, const SE2& measurement, PoseGraph<SE2>* graph) {
     GraphEdge<SE2> edge;
     edge.i = i;
     edge.j = j;
@@ -68,8 +68,8 @@ class OpenedSolveTest : public testing::Test {
 // Nobody else would look where its linearizations still miss.
 TEST_F(OpenedSolveTest, LeavesAllPendingWhereItWasCutShort) {
   PoseGraph<SE2> graph = Row(60, 0.05);
-  Close(10, 40, SE2(0, 10, 3), &graph);
-  Close(20, 59, SE2(0, 10, 3), &graph);
+  Add(10, 40, SE2(0, 10, 3), &graph);
+  Add(20, 59, SE2(0, 10, 3), &graph);
   const double to_the_end = Solve(graph, 1'000'000).cost_decrease;
   EXPECT_EQ(LargestPending(0, update_->hierarchy()), 0);
   const double decrease = Solve(graph, 10).cost_decrease;
@@ -83,7 +83,7 @@ TEST_F(OpenedSolveTest, LeavesAllPendingWhereItWasCutShort) {
 TEST_F(OpenedSolveTest, EdgesThatStayTurnedFarAreFreedOfTheirChain) {
   for (const double turn : {0.5, 3.}) {
     PoseGraph<SE2> graph = Row(4, 0);
-    for (int k = 0; k < 2; ++k) Close(0, 3, SE2(0, 0, turn), &graph);
+    for (int k = 0; k < 2; ++k) Add(0, 3, SE2(0, 0, turn), &graph);
     EXPECT_GT(Solve(graph, 1'000'000).cost_decrease, 0);
     EXPECT_EQ(update_->hierarchy().level(0).num_nodes, 2);
     update_->graph().Restructure();
