@@ -1,6 +1,7 @@
 // What a solve with all chains opened leaves behind.
 
 #include <atomic>
+#include <cmath>
 #include <memory>
 
 #include "gtest/gtest.h"
@@ -25,6 +26,21 @@ class Canceller : public ceres::LossFunction {
  private:
   mutable int left_;
   std::atomic<bool>* cancel_;
+};
+
+// Costs less whenever it is evaluated: there is no end to what it gains.
+class EverLower : public ceres::LossFunction {
+ public:
+  explicit EverLower(int* evaluations) : evaluations_(evaluations) {}
+  void Evaluate(double s, double rho[3]) const override {
+    const double scale = std::pow(0.99, ++*evaluations_);
+    rho[0] = scale * s;
+    rho[1] = scale;
+    rho[2] = 0;
+  }
+
+ private:
+  int* evaluations_;
 };
 
 class OpenedSolveTest : public testing::Test {
@@ -89,6 +105,20 @@ TEST_F(OpenedSolveTest, EdgesThatStayTurnedFarAreFreedOfTheirChain) {
     update_->graph().Restructure();
     EXPECT_EQ(update_->hierarchy().level(0).num_nodes, turn < 1 ? 2 : 4);
   }
+}
+
+// No limit of time cuts short that of an update.
+TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  int evaluations = 0;
+  UpdateFixture<SE2> update(graph, OptimizerOptions(), std::make_shared<EverLower>(&evaluations));
+  const Budget budget{UpdateLimits()};
+  UpdateReport report;
+  SolveOpened(update.tools(), {budget, thresholds_, News()}, 1e9, &report);
+  EXPECT_GT(report.cost_decrease, 0);
+  EXPECT_GT(evaluations, 50);
+  EXPECT_LT(evaluations, 250);
 }
 
 }  // namespace
