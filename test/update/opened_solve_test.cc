@@ -88,9 +88,9 @@ TEST_F(OpenedSolveTest, LeavesAllPendingWhereItWasCutShort) {
   Add(20, 59, SE2(0, 10, 3), &graph);
   const double to_the_end = Solve(graph, 1'000'000).cost_decrease;
   EXPECT_EQ(LargestPending(0, update_->hierarchy()), 0);
-  const double decrease = Solve(graph, 10).cost_decrease;
+  const double decrease = Solve(graph, 4).cost_decrease;
   EXPECT_GT(decrease, 0);
-  EXPECT_LT(decrease, 0.5 * to_the_end);
+  EXPECT_LT(decrease, 0.9 * to_the_end);
   // All but that to the node that is held.
   EXPECT_EQ(PendingEdges(thresholds_, update_->hierarchy()).size(), 5u);
 }
@@ -117,8 +117,8 @@ TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
   UpdateReport report;
   SolveOpened(update.tools(), {budget, thresholds_, News()}, 1e9, &report);
   EXPECT_GT(report.cost_decrease, 0);
-  EXPECT_GT(evaluations, 50);
-  EXPECT_LT(evaluations, 250);
+  EXPECT_GT(evaluations, 200);
+  EXPECT_LT(evaluations, 1000);
 }
 
 }  // namespace
