@@ -28,7 +28,7 @@ inline constexpr double kLeastWorthOfASolve = 0.05;
 inline constexpr double kLinearizedOfAWindow = 1000;
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
-inline constexpr double kHalfTurnToAskBelow = 0.01;
+inline constexpr double kHalfTurnToAskBelow = 0.025;
 inline constexpr int kMostAskedBelow = 2000;
 
 // --- Windows by time.
