@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <map>
 #include <numeric>
-#include <optional>
 
 #include "ceres_costs/factor_term.h"
 #include "hpgo/chains/condensed_graph.h"
@@ -23,8 +22,8 @@ std::vector<Index> CondensedGraph<G>::LooseByAge() const {
 }
 
 // The caller may have posed new nodes in another estimate of the map than the current one. Each
-// takes its own pose, or that by its oldest edge, the one at which its edges cost less: what the
-// edge to an older node says, or what its new neighbour was moved by.
+// takes, of its own pose and those by its oldest edges (what an edge to an older node says, what
+// its new neighbour was moved by), the one at which its edges cost least.
 template <typename G>
 void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
   std::map<Index, G> given;  // by new node with its pose found
@@ -52,18 +51,22 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
       }
       return sum;
     };
-    // By the edge it came with: what closes a loop would tear it from its trajectory.
-    for (auto tie = ties.rbegin(); tie != ties.rend(); ++tie) {  // oldest first
-      std::optional<G> candidate;
+    std::vector<G> candidates;
+    for (auto tie = ties.rbegin(); tie != ties.rend() && candidates.size() < 2; ++tie) {
       if (tie->old) {
         const G& Z = FactorOf(tie->edge).term->measurement;
-        candidate = tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse());
+        candidates.push_back(tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse()));
       } else if (given.count(tie->other) > 0) {
-        candidate = tie->X * given.at(tie->other).Between(given.at(n));
+        candidates.push_back(tie->X * given.at(tie->other).Between(given.at(n)));
+        break;  // what closes a loop behind it would tear it from its trajectory
       }
-      if (!candidate) continue;
-      if (cost(*candidate) < cost(pose)) pose = candidate->Normalized();
-      break;
+    }
+    double least = cost(pose);
+    for (const G& candidate : candidates) {
+      const double at = cost(candidate);
+      if (!(at < least)) continue;
+      least = at;
+      pose = candidate.Normalized();
     }
   }
 }
