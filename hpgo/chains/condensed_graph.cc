@@ -58,24 +58,21 @@ void CondensedGraph<G>::BindUnfit() {
   for (const Index e : spans_.TakeUnfit()) Bind(e);
 }
 
-// Brings the chain behind an edge of level 0 up to date with the pose T of its ends, where it has
-// been bent.
+// Brings the chain behind an edge of level 0 up to date with the pose T of its ends: true if it had
+// been bent, and has another term now.
 template <typename G>
-Refreshed CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
+bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const Index name = edge_of_level_[level_edge];
-  if (name >= 0) return Refreshed::kNothing;
+  if (name >= 0) return false;
   Chain& chain = chains_[~name];
   // What MissedAt says of the whole chain, from its term: most have not been bent.
   const double bend = BendAt(spans_.Model(chain.root), T);
   const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
-  if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) {
-    return Refreshed::kNothing;
-  }
-  const Settlement settlement = spans_.Settle(chain.root, T, tolerance_);
-  linearized_ += settlement.edges;
+  if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) return false;
+  linearized_ += spans_.Settle(chain.root, T, tolerance_);
   BindUnfit();
   SetTerm(&chain, T);
-  return settlement.rests ? Refreshed::kChanged : Refreshed::kUnfit;
+  return true;
 }
 
 // The term of a chain's level edge, for T of its ends.
@@ -142,7 +139,7 @@ void CondensedGraph<G>::FinishChain(Index c) {
   }
   const Index a = nodes_[chain.node[0]].level_node, b = nodes_[chain.node[1]].level_node;
   const G T = hierarchy_.RelativePose(0, a, b);
-  linearized_ += spans_.Settle(chain.root, T, tolerance_).edges;
+  linearized_ += spans_.Settle(chain.root, T, tolerance_);
   EdgeData<G> data;
   data.condensed = true;
   data.term = TermOfSpan(spans_.Model(chain.root), T);

@@ -147,7 +147,7 @@ class CondensedGraph {
   void NoteChi2(Chain* chain);
   void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
   void FinishChain(Index chain);
-  Refreshed Refresh(Index level_edge, const G& T);
+  bool Refresh(Index level_edge, const G& T);
   void BindUnfit();
 
   // condensed_graph_edit.cc

@@ -26,6 +26,18 @@ std::vector<Index> CondensedGraph<G>::LooseByAge() const {
 // its new neighbour was moved by), the one at which its edges cost least.
 template <typename G>
 void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
+  // A node that closes a loop may jump: the chain behind it takes that up. Several among new nodes
+  // would contradict each other, and tear their trajectory.
+  int closing = 0;
+  for (const Index n : loose) {
+    bool old = false, follows = false;
+    ForEachEdgeOf(n, [&](Index, Index other) {
+      if (other == kNone) return;
+      old |= nodes_[other].born < first_new_;
+      follows |= nodes_[other].born >= first_new_ && nodes_[other].born < nodes_[n].born;
+    });
+    closing += old && follows;
+  }
   std::map<Index, G> given;  // by new node with its pose found
   for (const Index n : loose) {
     G& pose = loose_.at(n);
@@ -58,7 +70,7 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
         candidates.push_back(tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse()));
       } else if (given.count(tie->other) > 0) {
         candidates.push_back(tie->X * given.at(tie->other).Between(given.at(n)));
-        break;  // what closes a loop behind it would tear it from its trajectory
+        if (closing > 1) break;
       }
     }
     double least = cost(pose);

@@ -27,12 +27,6 @@ struct ChainEdge {
   }
 };
 
-// What has come of linearizing a chain anew.
-struct Settlement {
-  int edges = 0;      // linearized
-  bool rests = true;  // false: the chain has no model there
-};
-
 // All chains of a graph. A chain is a tree whose leaves hold up to kLeafEdges edges in order; every
 // span holds its model, computed from what is below when it was last linearized (`stale`: to be
 // computed anew when next asked for). Heights are balanced as in an AVL tree. Not synchronized.
@@ -78,8 +72,8 @@ class SpanTree {
   // chain that ends pays for no more than that. O(1) an edge, all told.
   void PrepareFirst(Index root);
   // Linearizes anew, with T of the ends of the chain, every stretch whose model may miss more than
-  // `tolerance`, in sqrt(chi2) (MissedAt).
-  Settlement Settle(Index root, const G& T, double tolerance);
+  // `tolerance`, in sqrt(chi2) (MissedAt). Returns the number of edges linearized.
+  int Settle(Index root, const G& T, double tolerance);
   // The same of every stretch, until nothing moves any more.
   void SettleAll(Index root, const G& T);
   // The names of edges that Settle has found to be no part for a chain: turned against their
@@ -154,7 +148,7 @@ class SpanTree {
   };
   void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
   void Undo(const Settled& settled);
-  Settlement SettleInTurns(Index root, const G& T, double tolerance, double still);
+  int SettleInTurns(Index root, const G& T, double tolerance, double still);
   double CostOf(const ChainEdge<G>& edge) const;
 
   template <typename Visitor>

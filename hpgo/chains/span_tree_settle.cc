@@ -73,7 +73,7 @@ void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* set
       ChainEdge<G>& edge = edges_[span.items[k]];
       settled->before.emplace_back(span.items[k], edge.Y);
       settled->gained += CostOf(edge);
-      const typename G::Tangent moved = poses[k].Minus(edge.Y);
+      const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
       edge.Y = poses[k];
       settled->gained -= CostOf(edge);
@@ -103,10 +103,10 @@ void SpanTree<G>::Undo(const Settled& settled) {
 // cost is the last and is taken back: bent far enough, such steps would go anywhere, and the middle
 // of what they bend, or of what does not get to T, is no part for a chain.
 template <typename G>
-Settlement SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
+int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
-  Settlement result;
+  int edges = 0;
   double again = tolerance, part = 1;
   bool arrived = false, untied = false;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
@@ -114,12 +114,11 @@ Settlement SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, 
     Settled settled;
     SettleSpan(root, step.T, again, &settled);
     if (settled.before.empty()) break;
-    result.edges += static_cast<int>(settled.before.size());
+    edges += static_cast<int>(settled.before.size());
     if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
       // More than the model may miss, and so more than rounding: it is out of reach here.
       if (tolerance > 0 && settled.gained < -tolerance * tolerance) {
-        result.rests = false;
         unfit_.push_back(edges_[settled.before[settled.before.size() / 2].first].edge);
       }
       break;
@@ -128,7 +127,6 @@ Settlement SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, 
       Undo(settled);
       if (untied) {
         const Span& span = spans_[root];
-        result.rests = false;
         unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
         break;
       }
@@ -149,11 +147,11 @@ Settlement SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, 
     if (tolerance < 0 && settled.turn <= still && arrived) break;
     again = settled.turn > still ? -1 : tolerance;
   }
-  return result;
+  return edges;
 }
 
 template <typename G>
-Settlement SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
+int SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
   constexpr double kSmallTurn = 0.01;  // rad; what it leaves is of second order
   return SettleInTurns(root, T, tolerance, kSmallTurn);
 }

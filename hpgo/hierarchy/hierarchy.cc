@@ -191,16 +191,15 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(const EdgeData<G>& data) const
 }
 
 template <typename G>
-Refreshed Hierarchy<G>::RefreshChain(Index edge, const G& T) {
+bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
   const ceres_costs::RelativePoseTerm<G> old = levels_[0]->terms[edge];
-  const Refreshed refreshed = refresh_(edge, T);
-  if (refreshed == Refreshed::kNothing) return refreshed;
+  if (!refresh_(edge, T)) return false;
   CoarseEdge<G> now;
   now.T_g_h = T;
   LinearizeFactor(FactorOf(0, edge), false, T, &now.model);
   now.inverse = SemiDefiniteInverse<G>(now.model.A);
   refreshed_.emplace_back(edge, QuadraticChange(now, &old));
-  return refreshed;
+  return true;
 }
 
 template <typename G>

@@ -22,10 +22,6 @@ struct HierarchyOptions {
   ceres_costs::ErrorConvention convention = ceres_costs::ErrorConvention::kG2o;  // of level 0
 };
 
-// What has come of bringing the term of a chain up to date. Unfit: it has no model there, and will
-// be cut.
-enum class Refreshed { kNothing, kChanged, kUnfit };
-
 // What an edge or prior on level 0 is made of.
 template <typename G>
 struct EdgeData {
@@ -74,13 +70,13 @@ class Hierarchy {
     levels_[0]->terms[edge] = term;
   }
   // Who keeps the chains: brings the term of such an edge up to date with the relative pose of its
-  // ends.
-  using RefreshCondensed = std::function<Refreshed(Index edge, const G& T)>;
+  // ends; true if it has changed.
+  using RefreshCondensed = std::function<bool(Index edge, const G& T)>;
   void SetRefresh(RefreshCondensed refresh) { refresh_ = std::move(refresh); }
   // To be called before an edge of level 0 is linearized at T; notes how much its gradient changes.
-  Refreshed Refresh(Index edge, const G& T) {
-    if (!levels_[0]->edges[edge].condensed || !refresh_) return Refreshed::kNothing;
-    return RefreshChain(edge, T);
+  // True if it has changed.
+  bool Refresh(Index edge, const G& T) {
+    return levels_[0]->edges[edge].condensed && refresh_ && RefreshChain(edge, T);
   }
   // The edges that Refresh has changed since this was last asked, and by how much, in sqrt(chi2).
   std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
@@ -170,7 +166,7 @@ class Hierarchy {
     }
   };
 
-  Refreshed RefreshChain(Index edge, const G& T);
+  bool RefreshChain(Index edge, const G& T);
 
   // hierarchy_moves.cc
   void StartTracking();

@@ -123,14 +123,14 @@ void Window<G>::AddFactors(Beyond beyond, bool refresh_chains) {
 
 // Chains that have been bent since they were linearized; their factors point to the new terms.
 template <typename G>
-Refreshed Window<G>::RefreshChains() {
-  Refreshed most = Refreshed::kNothing;
+bool Window<G>::RefreshChains() {
+  bool any = false;
   for (std::size_t k = 0; k < edges_.size() && level_ == 0; ++k) {
     if (hierarchy_->level(0).edges[edges_[k]].condensed) {
-      most = std::max(most, hierarchy_->Refresh(edges_[k], RelativePose(k)));
+      any |= hierarchy_->Refresh(edges_[k], RelativePose(k));
     }
   }
-  return most;
+  return any;
 }
 
 // Nothing holds the window: its first node becomes constant, the last of the list.

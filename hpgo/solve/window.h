@@ -44,9 +44,9 @@ class Window {
   // T_before_now of the node nodes()[k].
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 
-  // On level 0: linearizes anew, at the subproblem's poses, the chains that are bent there. What
-  // has come of it at most; unless it is nothing, the cost is another one then.
-  Refreshed RefreshChains();
+  // On level 0: linearizes anew, at the subproblem's poses, the chains that are bent there. True if
+  // there were any: the cost is another one then.
+  bool RefreshChains();
   // At the subproblem's poses.
   double Cost() const { return CostAt(subproblem_, subproblem_.poses); }
   // For another solve of what is there: what has been committed, its chains refreshed, is where it

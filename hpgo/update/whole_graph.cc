@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "glog/logging.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/update/constants.h"
 #include "hpgo/update/motion.h"
@@ -84,8 +83,6 @@ void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max
   options.cancel = plan.budget.cancel();
   const SubproblemSummary summary =
       MakeSolver<G>(tools.options.engine)->Solve(options, opened.problem());
-  VLOG(1) << "opened: cost " << summary.initial_cost << " -> " << summary.final_cost << ", "
-          << summary.iterations << " iterations";
   // What cannot be solved is told by the solves of the levels, which name the edge.
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable || !(summary.final_cost < summary.initial_cost)) return;
@@ -114,10 +111,6 @@ bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, Update
   int iterations = kFullIterations;
   for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
     if (turn > 0) tools.graph.SettleAll();
-    if (tools.graph.has_changes()) {  // a chain to be cut
-      tools.graph.Restructure();
-      hierarchy.AssignGroups();
-    }
     if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
     ++report->windows;
     const StepResult step =

@@ -69,8 +69,7 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) result.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
-  const Refreshed chains = window_.RefreshChains();
-  if (chains != Refreshed::kNothing && !ChainsGain(chains, &summary)) return result;
+  if (window_.RefreshChains() && !ChainsGain(&summary)) return result;
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
@@ -93,12 +92,12 @@ void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
   RecordChanges(left_behind, thresholds, is_known);
 }
 
-// Chains bend on the way. False where the cost rises with them linearized where the step ends, or
-// where one cannot be; the poses are those before it then.
+// Chains bend on the way. False where the cost rises with them linearized where the step ends; the
+// poses are those before it then.
 template <typename G>
-bool WindowStep<G>::ChainsGain(Refreshed chains, SubproblemSummary* summary) {
+bool WindowStep<G>::ChainsGain(SubproblemSummary* summary) {
   const double cost = window_.Cost();
-  if (chains != Refreshed::kUnfit && cost < summary->initial_cost) {
+  if (cost < summary->initial_cost) {
     summary->final_cost = cost;
     return true;
   }

@@ -56,7 +56,7 @@ class WindowStep {
   Status NotFinite(Index level_edge) const;
 
  private:
-  bool ChainsGain(Refreshed chains, SubproblemSummary* summary);
+  bool ChainsGain(SubproblemSummary* summary);
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
