@@ -22,10 +22,11 @@ double SecondsSince(Clock::time_point begin) {
 // Shares of what a step promises. A Gauss-Newton step that gains more says that the matrix is too
 // stiff: from there on pairs are kept. Elsewhere such steps converge faster than any learnt from.
 constexpr double kTooStiff = 1.05;
-// A step with what was learnt that gains less leads where the model is another: nothing is learnt;
-// and one that gains even less is not taken.
+// A step with what was learnt that gains less leads where the model is another: nothing is learnt.
 constexpr double kLeastShareToLearn = 0.5;
-constexpr double kLeastShare = 0.1;
+// A step that takes a larger share of the cost is still on its way: what it says of the curvature
+// does not hold where it ends.
+constexpr double kOnItsWay = 0.1;
 
 class Minimizer {
  public:
@@ -162,9 +163,7 @@ class Minimizer {
 
     double predicted = promised, part = 1;
     double cost = Try(part);
-    // Where it promises next to nothing it may be what was learnt that is in the way.
-    const double negligible = options_.function_tolerance * (cost_ + fixed_cost_);
-    if (learnt && (!(cost_ - cost > kLeastShare * predicted) || !(predicted > negligible))) {
+    if (learnt && !IsLower(cost, predicted)) {
       pairs_.Clear();
       predicted = promised = system_.FindStep(damping_);
       cost = Try(part);
@@ -181,6 +180,7 @@ class Minimizer {
     iteration_.step_norm = system_.step_norm();
     iteration_.relative_decrease = predicted > 0 ? iteration_.cost_change / predicted : 0;
     const bool successful = IsLower(cost, predicted);
+    const double negligible = options_.function_tolerance * (cost_ + fixed_cost_);
     if (successful && iteration_.cost_change <= negligible) {
       EndAfter(Format("Function tolerance reached. |cost_change|/cost: %e <= %e",
                       std::abs(iteration_.cost_change) / (cost_ + fixed_cost_),
@@ -220,7 +220,8 @@ class Minimizer {
   // Whether the step that was tried says something of the next one.
   bool Learns() const {
     const double least = pairs_.empty() ? kTooStiff : kLeastShareToLearn;
-    return damping_ == 0 && iteration_.relative_decrease > least;
+    return damping_ == 0 && iteration_.relative_decrease > least &&
+           iteration_.cost_change <= kOnItsWay * cost_;
   }
 
   bool Factorize() {
