@@ -7,7 +7,7 @@
 namespace hpgo {
 namespace {
 
-// Twenty do as well, and three.
+// Three do as well, and any number; each takes memory, and time in every step.
 constexpr std::size_t kMostPairs = 5;
 
 using Vector = Eigen::Map<Eigen::VectorXd>;

@@ -13,7 +13,6 @@ namespace hpgo {
 namespace {
 
 using ceres_costs::SE2;
-using ceres_costs::SE3;
 
 std::vector<double> Draw(int n, std::mt19937* random) {
   std::uniform_real_distribution<double> number(-1, 1);
@@ -53,6 +52,23 @@ TEST(SecantPairs, TheLastStepFollowsFromItsChangeOfTheGradient) {
   }
 }
 
+// However long a solve: memory and the time of a step do not grow with it.
+TEST(SecantPairs, AllButTheLastAreForgotten) {
+  constexpr int kSize = 8, kMost = 5;
+  std::mt19937 random(1);
+  const std::vector<double> origin(kSize, 0.);
+  SecantPairs all, last;
+  for (int k = 0; k < 20; ++k) {
+    const std::vector<double> step = Draw(kSize, &random);
+    all.Add(step, origin, Gradient(step));
+    if (k >= 20 - kMost) last.Add(step, origin, Gradient(step));
+  }
+  std::vector<double> x = Draw(kSize, &random), y = x;
+  all.Solve([](double* v) { SolveStiff(v, kSize); }, &x);
+  last.Solve([](double* v) { SolveStiff(v, kSize); }, &y);
+  EXPECT_EQ(x, y);
+}
+
 TEST(SecantPairs, TakesNoStepAlongWhichTheGradientFalls) {
   SecantPairs pairs;
   pairs.Add({1, 0}, {0, 0}, {-1, 0});
@@ -65,9 +81,15 @@ TEST(SecantPairs, TakesNoStepAlongWhichTheGradientFalls) {
   EXPECT_TRUE(pairs.empty());
 }
 
-template <typename Mapper, typename G>
-void ExpectIterations(Mapper mapper, const PoseGraph<G>& graph, double most_of_ceres) {
-  const auto problem = MakeMapperProblem(mapper, graph), twin = MakeMapperProblem(mapper, graph);
+// Past the bend of the losses Gauss-Newton's matrix is too stiff: 54 iterations without pairs, as
+// Ceres takes, and 30 with one alone.
+TEST(SecantPairs, SaveHalfOfTheIterationsWhereLossesBend) {
+  GenerateOptions world;
+  world.world = World::kCity;
+  world.nodes = 2000;
+  const PoseGraph<SE2> graph = GenerateGraph<SE2>(world)->graph;
+  const auto problem = MakeMapperProblem(Mapper2d::kSlamToolbox, graph);
+  const auto twin = MakeMapperProblem(Mapper2d::kSlamToolbox, graph);
   ceres::Solver::Options options = Quiet();
   options.function_tolerance = 1e-8;
   options.max_num_iterations = 200;
@@ -75,27 +97,7 @@ void ExpectIterations(Mapper mapper, const PoseGraph<G>& graph, double most_of_c
   ceres::Solver::Summary reference;
   ceres::Solve(options, twin->problem.get(), &reference);
   EXPECT_LE(summary.final_cost, reference.final_cost * (1 + 1e-7));
-  EXPECT_LE(static_cast<double>(summary.iterations.size()),
-            most_of_ceres * static_cast<double>(reference.iterations.size()));
-}
-
-template <typename G>
-PoseGraph<G> Graph(World world, int nodes) {
-  GenerateOptions options;
-  options.world = world;
-  options.nodes = nodes;
-  return GenerateGraph<G>(options)->graph;
-}
-
-// Past the bend of the losses Gauss-Newton's matrix is too stiff: 54 iterations without pairs, as
-// Ceres takes.
-TEST(SecantPairs, SaveHalfOfTheIterationsWhereLossesBend) {
-  ExpectIterations(Mapper2d::kSlamToolbox, Graph<SE2>(World::kCity, 2000), 0.5);
-}
-
-// Gauss-Newton converges fast: pairs from its first steps would only lead astray.
-TEST(SecantPairs, AreNotKeptWhereStepsGainWhatTheyPromise) {
-  ExpectIterations(Mapper3d::kOv2slam, Graph<SE3>(World::kManhattan, 1000), 1);
+  EXPECT_LE(2 * summary.iterations.size(), reference.iterations.size());
 }
 
 }  // namespace
