@@ -35,7 +35,8 @@ template <typename G>
 typename G::Matrix InverseJacobian(ceres_costs::ErrorConvention convention,
                                    const typename G::Matrix& J) {
   if constexpr (G::kRotationDof == 1) {
-    return Inverse<G::kDof>(J);
+    if (convention == ceres_costs::ErrorConvention::kTwist) return Inverse<G::kDof>(J);
+    return J.transpose();  // a rotation
   } else {
     if (convention == ceres_costs::ErrorConvention::kTwist) return J.inverse();
     // A rotation, and what the rotational error does.
@@ -46,6 +47,22 @@ typename G::Matrix InverseJacobian(ceres_costs::ErrorConvention convention,
   }
 }
 
+// As many errors as degrees of freedom: Y's best perturbation is -B e, with covariance B C B'.
+template <typename G>
+struct EdgeLinearization {
+  EdgeLinearization(const EdgeMeasurement<G>& edge, const G& Y,
+                    ceres_costs::ErrorConvention convention) {
+    typename G::Matrix J;
+    error =
+        RelativePoseError(convention, edge.term.measurement, edge.reversed ? Y.Inverse() : Y, &J);
+    B = InverseJacobian<G>(convention, J);
+    // T_next_previous moves by -Ad(Y) d where Y moves by d.
+    if (edge.reversed) B = -Transport(Y) * B;
+  }
+  typename G::Tangent error;
+  typename G::Matrix B;
+};
+
 template <typename G>
 typename G::Matrix Symmetric(const typename G::Matrix& m) {
   return 0.5 * (m + m.transpose());
@@ -54,21 +71,42 @@ typename G::Matrix Symmetric(const typename G::Matrix& m) {
 }  // namespace
 
 template <typename G>
-SpanModel<G> EdgeSpan(const EdgeMeasurement<G>& edge, const G& Y,
-                      ceres_costs::ErrorConvention convention) {
-  typename G::Matrix J;
-  const typename G::Tangent e =
-      RelativePoseError(convention, edge.measurement, edge.reversed ? Y.Inverse() : Y, &J);
-  // As many errors as degrees of freedom: the best d is -J^-1 e, with covariance J^-1 C J^-T.
-  typename G::Matrix B = InverseJacobian<G>(convention, J);
-  if (edge.reversed) B = -Transport(Y) * B;  // T_next_previous moves by -Ad(Y) d where Y moves by d
+void GrowingSpan<G>::Append(const EdgeMeasurement<G>& edge, const G& Y) {
+  const EdgeLinearization<G> at(edge, Y, convention_);
+  const typename G::Matrix M = Transport(Y);
+  typename G::Matrix half;
+  half.noalias() = M * covariance_;
+  covariance_.noalias() = half * M.transpose();
+  half.noalias() = at.B * edge.covariance.Dense();
+  covariance_.noalias() += half * at.B.transpose();
+  shift_ = (M * shift_ - at.B * at.error).eval();
+  T_ = T_ * Y;
+  cost_ += at.error.dot(edge.term.information.Dense() * at.error);
+  length_ += Y.translation().norm();
+}
+
+template <typename G>
+SpanModel<G> GrowingSpan<G>::Model() const {
   SpanModel<G> span;
-  span.T = Y;
-  span.length = static_cast<float>(Y.translation().norm());
-  const typename G::Matrix covariance = B * edge.covariance.Dense() * B.transpose();
-  span.covariance = PackedSymmetric<G::kDof>(Symmetric<G>(covariance));
-  span.shift = -(B * e);
+  span.T = T_.Normalized();
+  span.shift = shift_;
+  span.covariance = PackedSymmetric<G::kDof>(Symmetric<G>(covariance_));
+  span.cost = cost_;
+  span.length = static_cast<float>(length_);
   return span;
+}
+
+template <typename G>
+typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b) {
+  return -model.covariance.Dense().llt().solve(ShiftAt(model, T_a_b));
+}
+
+template <typename G>
+typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
+                               ceres_costs::ErrorConvention convention,
+                               const typename G::Tangent& pull) {
+  const EdgeLinearization<G> at(edge, Y, convention);
+  return at.B * (edge.covariance.Dense() * (at.B.transpose() * pull) - at.error);
 }
 
 template <typename G>
@@ -85,6 +123,7 @@ SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const S
   const typename G::Matrix covariance =
       M * first.covariance.Dense() * M.transpose() + second.covariance.Dense();
   span.covariance = PackedSymmetric<G::kDof>(Symmetric<G>(covariance));
+  span.cost = first.cost + second.cost;
   span.length = first.length + second.length;
   return span;
 }
@@ -159,8 +198,10 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
 }
 
 #define HPGO_INSTANTIATE(G)                                                                  \
-  template SpanModel<G> EdgeSpan(const EdgeMeasurement<G>&, const G&,                        \
-                                 ceres_costs::ErrorConvention);                              \
+  template class GrowingSpan<G>;                                                             \
+  template G::Tangent PullTowards(const SpanModel<G>&, const G&);                            \
+  template G::Tangent ShiftUnder(const EdgeMeasurement<G>&, const G&,                        \
+                                 ceres_costs::ErrorConvention, const G::Tangent&);           \
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                      \
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&); \
   template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&);      \

@@ -20,11 +20,12 @@ struct SpanModel {
   G T;                                             // T_a_b where the edges were linearized
   typename G::Tangent shift = G::Tangent::Zero();  // the perturbation of T that the edges prefer
   ceres_costs::PackedSymmetric<G::kDof> covariance;
+  double cost = 0;   // of the edges where they are linearized
   float length = 0;  // of the path at T, in m
 
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
-    archive(self.T, self.shift, self.covariance, self.length);
+    archive(self.T, self.shift, self.covariance, self.cost, self.length);
   }
 };
 
@@ -34,19 +35,42 @@ typename G::Tangent ShiftAt(const SpanModel<G>& model, const G& T) {
   return model.shift - T.Minus(model.T);
 }
 
-// An edge of a chain: its measurement, and the inverse of its information. `reversed`: the chain
-// runs against the measurement, which is of T_next_previous.
+// An edge of a chain: its term, and the inverse of its information. `reversed`: the chain runs
+// against the measurement, which is of T_next_previous. Owns nothing.
 template <typename G>
 struct EdgeMeasurement {
-  G measurement;
-  ceres_costs::PackedSymmetric<G::kDof> covariance;
+  const ceres_costs::RelativePoseTerm<G>& term;
+  const ceres_costs::PackedSymmetric<G::kDof>& covariance;
   bool reversed = false;
 };
 
-// It as a stretch, at its current relative pose Y = T_previous_next along the chain.
+// A stretch that grows edge by edge at its end, each linearized at its relative pose
+// Y = T_previous_next along the chain.
 template <typename G>
-SpanModel<G> EdgeSpan(const EdgeMeasurement<G>& edge, const G& Y,
-                      ceres_costs::ErrorConvention convention);
+class GrowingSpan {
+ public:
+  explicit GrowingSpan(ceres_costs::ErrorConvention convention) : convention_(convention) {}
+  void Append(const EdgeMeasurement<G>& edge, const G& Y);
+  SpanModel<G> Model() const;
+
+ private:
+  ceres_costs::ErrorConvention convention_;
+  G T_;
+  typename G::Tangent shift_ = G::Tangent::Zero();
+  typename G::Matrix covariance_ = G::Matrix::Zero();
+  double cost_ = 0, length_ = 0;
+};
+
+// The perturbation of T that brings the ends of a stretch to T_a_b, as a pull there: the gradient
+// of the cost of the edges, halved.
+template <typename G>
+typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b);
+
+// The perturbation of an edge's Y under a pull there: what it prefers, and how it yields.
+template <typename G>
+typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
+                               ceres_costs::ErrorConvention convention,
+                               const typename G::Tangent& pull);
 
 // T_a_b and T_b_c, where T_a_c is cut at b.
 template <typename G>

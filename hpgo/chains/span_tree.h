@@ -132,9 +132,13 @@ class SpanTree {
   Index Height(Index span) const { return spans_[span].height; }
 
   // span_tree_models.cc
+  static EdgeMeasurement<G> MeasurementOf(const ChainEdge<G>& edge) {
+    return {edge.term, edge.covariance, edge.reversed};
+  }
   SpanModel<G> ModelOf(const ChainEdge<G>& edge) const {
-    return EdgeSpan<G>({edge.term.measurement, edge.covariance, edge.reversed}, edge.Y,
-                       convention_);
+    GrowingSpan<G> span(convention_);
+    span.Append(MeasurementOf(edge), edge.Y);
+    return span.Model();
   }
   void ComputeLeaf(Span* leaf);
   // The conditional means of the relative poses of a leaf's edges.
@@ -149,7 +153,6 @@ class SpanTree {
   void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
   void Undo(const Settled& settled);
   int SettleInTurns(Index root, const G& T, double tolerance, double still);
-  double CostOf(const ChainEdge<G>& edge) const;
 
   template <typename Visitor>
   void VisitSpan(Index s, const G& T, Visitor& visit) {

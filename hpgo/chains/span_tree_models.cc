@@ -1,17 +1,17 @@
 // The tree of spans: the models of its spans, and the poses that follow from them.
 
-#include "Eigen/Cholesky"
 #include "hpgo/chains/span_tree.h"
 
 namespace hpgo {
 
 template <typename G>
 void SpanTree<G>::ComputeLeaf(Span* leaf) {
+  GrowingSpan<G> span(convention_);
   for (int k = 0; k < leaf->count; ++k) {
     const ChainEdge<G>& edge = edges_[leaf->items[k]];
-    const SpanModel<G> next = ModelOf(edge);
-    leaf->model = k == 0 ? next : Join(leaf->model, next);
+    span.Append(MeasurementOf(edge), edge.Y);
   }
+  leaf->model = span.Model();
 }
 
 template <typename G>
@@ -35,33 +35,18 @@ void SpanTree<G>::PrepareFirst(Index root) {
   }
 }
 
+// A pull on the ends acts on each edge by the transport from there, transposed.
 template <typename G>
 void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
-  using Matrix = typename G::Matrix;
-  using Tangent = typename G::Tangent;
-  SpanModel<G> models[kLeafEdges];
-  Matrix gains[kLeafEdges];  // C_k times the transpose of the transport to the end
-  Matrix sum = Matrix::Zero(), transport = Matrix::Identity();
-  Tangent shift = Tangent::Zero();
-  G product;
+  typename G::Tangent pull = PullTowards(leaf.model, T);
   for (int k = leaf.count - 1; k >= 0; --k) {
     const ChainEdge<G>& edge = edges_[leaf.items[k]];
-    models[k] = ModelOf(edge);
-    gains[k].noalias() = models[k].covariance.Dense() * transport.transpose();
-    sum.noalias() += transport * gains[k];
-    shift.noalias() += transport * models[k].shift;
-    transport = transport * edge.Y.InverseAdjoint();
-    product = edge.Y * product;
+    poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull));
+    pull = (edge.Y.InverseAdjoint().transpose() * pull).eval();
   }
-  const Tangent innovation = T.Minus(product) - shift;
-  const Tangent pull = sum.llt().solve(innovation);
-  G rest = T;
-  for (int k = 0; k + 1 < leaf.count; ++k) {
-    const G& Y = edges_[leaf.items[k]].Y;
-    poses[k] = Y.Plus(models[k].shift + gains[k] * pull);
-    rest = poses[k].Between(rest);
-  }
-  poses[leaf.count - 1] = rest.Normalized();
+  G before;
+  for (int k = 0; k + 1 < leaf.count; ++k) before = before * poses[k];
+  poses[leaf.count - 1] = before.Between(T).Normalized();
 }
 
 template <typename G>

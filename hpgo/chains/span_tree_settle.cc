@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "ceres_costs/factor_term.h"
 #include "hpgo/chains/span_tree.h"
 
 namespace hpgo {
@@ -53,14 +52,6 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
   }
 }
 
-template <typename G>
-double SpanTree<G>::CostOf(const ChainEdge<G>& edge) const {
-  ceres_costs::FactorTerm<G> factor;
-  factor.term = &edge.term;
-  factor.convention = convention_;
-  return FactorCost(factor, false, RelativePose(edge));
-}
-
 // `tolerance` below zero: whatever the model may miss.
 template <typename G>
 void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* settled) {
@@ -72,13 +63,13 @@ void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* set
     for (int k = 0; k < span.count; ++k) {
       ChainEdge<G>& edge = edges_[span.items[k]];
       settled->before.emplace_back(span.items[k], edge.Y);
-      settled->gained += CostOf(edge);
       const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
       edge.Y = poses[k];
-      settled->gained -= CostOf(edge);
     }
+    settled->gained += span.model.cost;
     ComputeLeaf(&span);
+    settled->gained -= span.model.cost;
     return;
   }
   const SplitPose<G> split =

@@ -85,6 +85,23 @@ TYPED_TEST(SpanTest, TheModelIsTheSchurComplement) {
   EXPECT_LT((covariance - expected).norm(), 1e-9 * expected.norm());
 }
 
+// What a step has gained is the difference of two of them.
+TYPED_TEST(SpanTest, ItCostsWhatItsEdgesCostWhereTheyAre) {
+  const Index root = this->Append(40, kNone);
+  this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
+    return edge.Y * RandomPose<TypeParam>(&this->rng_, 0.1, 0.1);
+  });
+  double cost = 0;
+  for (const Index e : this->edges_) {
+    const ChainEdge<TypeParam>& edge = this->tree_.edge(e);
+    ceres_costs::FactorTerm<TypeParam> factor;
+    factor.term = &edge.term;
+    cost += FactorCost(factor, false, edge.reversed ? edge.Y.Inverse() : edge.Y);
+  }
+  EXPECT_GT(cost, 0.1);
+  EXPECT_NEAR(this->tree_.Model(root).cost, cost, 1e-9 * cost);
+}
+
 TYPED_TEST(SpanTest, ASplitChainIsItsTwoParts) {
   for (const int at : {0, 1, 15, 16, 17, 63, 98, 99}) {
     this->edges_.clear();
