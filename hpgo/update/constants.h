@@ -61,10 +61,13 @@ inline constexpr double kFullStandstill = 1e-10;
 // Iterations that a whole solve needs for Converge to choose it: fewer leave a gap.
 inline constexpr int kIterationsToFit = 3;
 
-// --- Newton steps in slices.
-// An update that gains more than this share of the cost is far from the optimum; so many in a row
-// are not just a closure, or two.
+// --- Far from the optimum.
+// An update that gains more than this share of the cost is; and a step on level 0 that misses as
+// much is followed by another one, though the budget is spent.
 inline constexpr double kShareOfFarOff = 0.01;
+
+// --- Newton steps in slices.
+// So many updates in a row that are far from the optimum are not just a closure, or two.
 inline constexpr int kUpdatesFarOff = 3;
 // Numbers multiplied by an update: about what its windows take.
 inline constexpr double kMultiplicationsOfASlice = 6e7;

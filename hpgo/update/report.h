@@ -46,7 +46,7 @@ struct UpdateReport {
   // were solved for: a robot that follows the map jumps by these.
   Motion newest_moved, largest_moved;
   double cost_decrease = 0;  // of the objectives of the windows, summed
-  double mean_chi2 = 0;      // per edge, as last evaluated
+  double mean_chi2 = 0;      // per edge of level 0, where a chain is one, as last evaluated
   // Seconds of wall time.
   double insert_seconds = 0, merge_seconds = 0, examine_seconds = 0, top_seconds = 0,
          window_seconds = 0, seconds = 0;

@@ -25,6 +25,7 @@ struct UpdatePlan {
   const Budget& budget;
   const StressThresholds& thresholds;
   const News& news;
+  double far_off;  // chi2 that counts as far from the optimum
 };
 
 // Computes the coarse edges anew whose children have changed, bottom to top, as far as the budget

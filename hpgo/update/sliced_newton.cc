@@ -34,11 +34,11 @@ void SlicedNewton<G>::DoSlice(const UpdateTools<G>& tools, const UpdatePlan& pla
 }
 
 template <typename G>
-void SlicedNewton<G>::Note(const ScheduleResult& windows, double cost,
+void SlicedNewton<G>::Note(const ScheduleResult& windows, double far_off,
                            const Hierarchy<G>& hierarchy) {
   if (windows.at_rest) return Drop();
   // The top is solved whole as it is.
-  const bool is_far_off = hierarchy.num_levels() > 1 && windows.decrease > kShareOfFarOff * cost;
+  const bool is_far_off = hierarchy.num_levels() > 1 && windows.decrease > far_off;
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
   if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
 }

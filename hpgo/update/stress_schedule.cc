@@ -85,7 +85,10 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
     const auto relinearized =
         static_cast<double>(tools_.graph.linearized_edges() - linearized) / kLinearizedOfAWindow;
     const double spent = solves * std::max(worth, kLeastWorthOfASolve) + relinearized;
-    if (!step.is_nonlinear || window.level() > 0 || (solves >= max_solves && spent >= max_solves) ||
+    // What such a step has missed is seen by nobody else before the next update.
+    const int most =
+        step.missed > plan_.far_off ? max_solves + tools_.options.max_windows : max_solves;
+    if (!step.is_nonlinear || window.level() > 0 || (solves >= most && spent >= most) ||
         plan_.budget.IsStopped()) {
       return solves;
     }

@@ -71,7 +71,8 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
       if (bad_edge != kNone) report.status = step_.NotFinite(bad_edge);
     }
     const UpdateTools<G> tools = {options_, graph_, step_, sizes_, sweep_};
-    const UpdatePlan plan = {budget, thresholds, news};
+    const double far_off = kShareOfFarOff * mean_.value() * graph_.hierarchy().level(0).num_edges;
+    const UpdatePlan plan = {budget, thresholds, news, far_off};
     if (IsToBeOpened(mode, changes, plan)) {
       // Of an update it is a part of taking in what is new, which no limit of time cuts short.
       SolveOpened(tools, plan, mode == Mode::kFull ? budget.SecondsLeft() : kInfinity, &report);
@@ -91,7 +92,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (options_.schedule == Schedule::kStress) {
       const ScheduleResult windows = RunStressSchedule(tools, plan, &report);
       report.at_rest = windows.at_rest;
-      if (in_slices) newton_.Note(windows, mean_.value() * graph_.num_edges(), graph_.hierarchy());
+      if (in_slices) newton_.Note(windows, plan.far_off, graph_.hierarchy());
     } else {
       RunFixedSchedule(tools, plan, changes.newest, &report);
     }

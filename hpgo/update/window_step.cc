@@ -73,7 +73,7 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
-  const double missed = Missed(summary.predicted_decrease, result.decrease);
+  const double missed = result.missed = Missed(summary.predicted_decrease, result.decrease);
   const bool gains = result.decrease > thresholds.tau;
   const bool misses = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
   result.is_nonlinear = gains && misses;

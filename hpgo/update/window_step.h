@@ -20,6 +20,7 @@ using LevelEdgeNamer = std::function<std::string(Index level_edge)>;
 struct StepResult {
   Status status;              // kNoSolution: it changed nothing
   bool is_nonlinear = false;  // it missed what its linearization promised: another is worth it
+  double missed = 0;          // so much of it
   bool converged = false;
   bool damped = false;
   int solved_nodes = 0;

@@ -17,7 +17,7 @@ class MergeTest : public testing::Test {
     const auto clock = [&] { return seconds_a_look * ++looks_; };
     const Budget budget(limits, false, {clock, clock});
     UpdateReport report;
-    MergeDirty(update.tools(), {budget, StressThresholds::FromMean(1, 1e-3), News()}, &report);
+    MergeDirty(update.tools(), {budget, StressThresholds::FromMean(1, 1e-3), News(), 1e9}, &report);
     return report;
   }
 

@@ -72,7 +72,7 @@ class OpenedSolveTest : public testing::Test {
     limits.cancel = &cancel_;
     const Budget budget(limits);
     UpdateReport report;
-    SolveOpened(update_->tools(), {budget, thresholds_, News()}, 1e9, &report);
+    SolveOpened(update_->tools(), {budget, thresholds_, News(), 1e9}, 1e9, &report);
     return report;
   }
 
@@ -115,7 +115,7 @@ TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
   UpdateFixture<SE2> update(graph, OptimizerOptions(), std::make_shared<EverLower>(&evaluations));
   const Budget budget{UpdateLimits()};
   UpdateReport report;
-  SolveOpened(update.tools(), {budget, thresholds_, News()}, 1e9, &report);
+  SolveOpened(update.tools(), {budget, thresholds_, News(), 1e9}, 1e9, &report);
   EXPECT_GT(report.cost_decrease, 0);
   EXPECT_GT(evaluations, 200);
   EXPECT_LT(evaluations, 1000);

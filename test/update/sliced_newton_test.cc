@@ -42,18 +42,18 @@ class SlicedNewtonTest : public testing::Test {
     SlicedNewton<SE3>::Fields(counter, newton_);
     return counter.groups > 1;
   }
-  // What the windows of an update gain, of the cost.
-  void GainByWindows(double share, UpdateFixture<SE3>* update) {
-    newton_.Note({false, share}, 1, update->hierarchy());
+  // What the windows of an update gain; more than 1 is much.
+  void GainByWindows(double gain, UpdateFixture<SE3>* update) {
+    newton_.Note({false, gain}, 1, update->hierarchy());
   }
   void DoSlice(UpdateFixture<SE3>* update) {
     const Budget budget{UpdateLimits()};
     const StressThresholds thresholds = StressThresholds::FromMean(1, 1e-3);
     UpdateReport report;
-    newton_.DoSlice(update->tools(), {budget, thresholds, News()}, &report);
+    newton_.DoSlice(update->tools(), {budget, thresholds, News(), 1e9}, &report);
   }
   void BeginIn(UpdateFixture<SE3>* update) {
-    for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(0.5, update);
+    for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(2, update);
     DoSlice(update);
   }
 

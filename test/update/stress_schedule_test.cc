@@ -44,7 +44,7 @@ int SolvesOfLap(int nodes) {
   QueueAll(thresholds, &update.hierarchy());
   const Budget budget{UpdateLimits()};
   UpdateReport report;
-  RunStressSchedule(update.tools(), {budget, thresholds, News()}, &report);
+  RunStressSchedule(update.tools(), {budget, thresholds, News(), 1e9}, &report);
   EXPECT_EQ(report.windows + report.top_solves, 1);
   return report.solved_nodes / 2;  // two are free
 }
