@@ -150,7 +150,7 @@ class SpanTree {
     double turn = 0;                          // the largest of an edge, in rad
     double gained = 0;                        // by which their cost fell
   };
-  void SettleSpan(Index span, const G& T, double tolerance, Settled* settled);
+  bool SettleSpan(Index span, const G& T, double tolerance, double reach, Settled* settled);
   void Undo(const Settled& settled);
   int SettleInTurns(Index root, const G& T, double tolerance, double still);
 

@@ -1,6 +1,7 @@
 // The tree of spans: where its edges are linearized, and the steps to where they rest.
 
 #include <algorithm>
+#include <limits>
 
 #include "hpgo/chains/span_tree.h"
 
@@ -52,11 +53,13 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
   }
 }
 
-// `tolerance` below zero: whatever the model may miss.
+// `tolerance` below zero: whatever the model may miss. False where an edge turned further than
+// `reach`: the rest was not looked at, and all of it is to be undone.
 template <typename G>
-void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* settled) {
+bool SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, double reach,
+                             Settled* settled) {
   Span& span = spans_[s];
-  if (!(MissedAt(Model(s), T) > tolerance)) return;
+  if (!(MissedAt(Model(s), T) > tolerance)) return true;
   if (span.height == 0) {
     G poses[kLeafEdges];
     DistributeLeaf(span, T, poses);
@@ -70,13 +73,16 @@ void SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, Settled* set
     settled->gained += span.model.cost;
     ComputeLeaf(&span);
     settled->gained -= span.model.cost;
-    return;
+    return settled->turn <= reach;
   }
   const SplitPose<G> split =
       Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
-  SettleSpan(span.items[0], split.first, tolerance, settled);
-  SettleSpan(span.items[1], split.second, tolerance, settled);
+  if (!SettleSpan(span.items[0], split.first, tolerance, reach, settled) ||
+      !SettleSpan(span.items[1], split.second, tolerance, reach, settled)) {
+    return false;
+  }
   span.model = Join(spans_[span.items[0]].model, spans_[span.items[1]].model, split);
+  return true;
 }
 
 template <typename G>
@@ -103,7 +109,8 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
     Settled settled;
-    SettleSpan(root, step.T, again, &settled);
+    const bool is_within = SettleSpan(
+        root, step.T, again, arrived ? std::numeric_limits<double>::infinity() : kReach, &settled);
     if (settled.before.empty()) break;
     edges += static_cast<int>(settled.before.size());
     if (arrived && !(settled.gained >= 0)) {
@@ -114,7 +121,7 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
       }
       break;
     }
-    if (!arrived && !(settled.turn <= kReach)) {
+    if (!is_within) {
       Undo(settled);
       if (untied) {
         const Span& span = spans_[root];

@@ -70,6 +70,7 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
   const Stopwatch watch(total_seconds);
   Window<G>& window = tools_.step.window();
   const std::int64_t linearized = tools_.graph.linearized_edges();
+  const std::size_t changes = tools_.graph.num_changes();
   int solves = 0;
   double before = watch.Elapsed();
   while (true) {
@@ -88,8 +89,10 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
     // What such a step has missed is seen by nobody else before the next update.
     const int most =
         step.missed > plan_.far_off ? max_solves + tools_.options.max_windows : max_solves;
+    // Chains that did not follow are to be cut first, which the next update does.
+    const bool chains_follow = tools_.graph.num_changes() == changes;
     if (!step.is_nonlinear || window.level() > 0 || (solves >= most && spent >= most) ||
-        plan_.budget.IsStopped()) {
+        !chains_follow || plan_.budget.IsStopped()) {
       return solves;
     }
     window.Restart();
@@ -145,7 +148,7 @@ ScheduleResult StressSchedule<G>::Run() {
     return worth;
   };
   bool at_rest = tools_.sweep.Run(num_levels, limits, 2 * plan_.thresholds.pending, actions);
-  at_rest &= !tools_.graph.has_changes();  // a chain that must not stay one
+  at_rest &= tools_.graph.num_changes() == 0;  // a chain that must not stay one
   // A search or a merge that has done its share may have left some for the next update.
   for (int l = 0; l < num_levels; ++l) {
     at_rest &= Pending(l) <= plan_.thresholds.pending && hierarchy_.level(l).dirty.empty();

@@ -55,5 +55,11 @@ TEST(StressScheduleTest, LinearizingLongChainsCountsAsWork) {
   EXPECT_EQ(SolvesOfLap(1000), 1);
 }
 
+// Half way its edges are turned by more than a linearization reaches: the chains are to be cut
+// first. Without that it is solved as often as one that fits.
+TEST(StressScheduleTest, WhatChainsCannotFollowIsNotSolvedToItsEnd) {
+  EXPECT_LE(SolvesOfLap(4), SolvesOfLap(10) / 2);
+}
+
 }  // namespace
 }  // namespace hpgo
