@@ -36,6 +36,7 @@ void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateRepor
 struct ScheduleResult {
   bool at_rest = false;  // nothing is left
   double decrease = 0;   // of the windows' costs, summed
+  int solved_nodes = 0;  // free in them
 };
 
 // Windows where the predicted decrease of chi2 is worth it.

@@ -1,5 +1,7 @@
 #include "hpgo/update/sliced_newton.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "glog/logging.h"
@@ -37,8 +39,11 @@ template <typename G>
 void SlicedNewton<G>::Note(const ScheduleResult& windows, double far_off,
                            const Hierarchy<G>& hierarchy) {
   if (windows.at_rest) return Drop();
-  // The top is solved whole as it is.
-  const bool is_far_off = hierarchy.num_levels() > 1 && windows.decrease > far_off;
+  // The top is solved whole as it is. Windows that cover little of a large map cannot gain as much.
+  const Level<G>& level = hierarchy.level(0);
+  const double covered = static_cast<double>(windows.solved_nodes) / level.num_nodes;
+  const bool is_far_off =
+      hierarchy.num_levels() > 1 && windows.decrease > far_off * std::sqrt(std::min(1., covered));
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
   if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
 }

@@ -22,7 +22,8 @@ class SlicedNewton {
   // Its work of one update.
   void DoSlice(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
   // What the windows of the update have come to: the next one begins to factor if this was one of
-  // several that gained more than `far_off`; at rest there is nothing left to do.
+  // several that gained more than `far_off`, or than the root of the share of level 0 that they
+  // covered says of it; at rest there is nothing left to do.
   void Note(const ScheduleResult& windows, double far_off, const Hierarchy<G>& hierarchy);
   void Drop() { *this = SlicedNewton(); }
 

@@ -40,6 +40,7 @@ class StressSchedule {
   Hierarchy<G>& hierarchy_;
   UpdateReport* report_;
   double decrease_ = 0;  // so far
+  int solved_nodes_ = 0;
 };
 
 template <typename G>
@@ -79,6 +80,7 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
                           plan_.thresholds, plan_.budget);
     Note(step, report_);
     decrease_ += step.decrease;
+    solved_nodes_ += step.solved_nodes;
     ++solves;
     const double after = watch.Elapsed();
     tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
@@ -153,7 +155,7 @@ ScheduleResult StressSchedule<G>::Run() {
   for (int l = 0; l < num_levels; ++l) {
     at_rest &= Pending(l) <= plan_.thresholds.pending && hierarchy_.level(l).dirty.empty();
   }
-  return {at_rest, decrease_};
+  return {at_rest, decrease_, solved_nodes_};
 }
 
 }  // namespace

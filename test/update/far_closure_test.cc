@@ -168,10 +168,10 @@ TEST(FarClosureTest, OrdinaryClosuresAreLeftToWindows) {
 TEST(FarClosureTest, LargeLevelsAreLeftToWindows) {
   GenerateOptions generate;
   generate.world = World::kManhattan;
-  generate.nodes = 20'000;
+  generate.nodes = 45'000;
   const PoseGraph<SE2> graph = GenerateGraph<SE2>(generate)->graph;
   Optimizer<SE2> optimizer;
-  Bring(graph, 20'000, &optimizer);
+  Bring(graph, 45'000, &optimizer);
   CloseFarOff(graph, 1e6, &optimizer);
   for (int k = 0; k < 25; ++k) {
     const UpdateReport report = optimizer.Update();

@@ -43,8 +43,8 @@ class SlicedNewtonTest : public testing::Test {
     return counter.groups > 1;
   }
   // What the windows of an update gain; more than 1 is much.
-  void GainByWindows(double gain, UpdateFixture<SE3>* update) {
-    newton_.Note({false, gain}, 1, update->hierarchy());
+  void GainByWindows(double gain, UpdateFixture<SE3>* update, int covered = 1 << 20) {
+    newton_.Note({false, gain, covered}, 1, update->hierarchy());
   }
   void DoSlice(UpdateFixture<SE3>* update) {
     const Budget budget{UpdateLimits()};
@@ -67,8 +67,21 @@ TEST_F(SlicedNewtonTest, IsGivenUpAtRest) {
   GainByWindows(0, &update);
   DoSlice(&update);
   EXPECT_TRUE(HasFactor());
-  newton_.Note({true, 0}, 1, update.hierarchy());
+  newton_.Note({true, 0, 0}, 1, update.hierarchy());
   EXPECT_FALSE(HasFactor());
+}
+
+// In large maps the windows of an update cover little, and gain as little.
+TEST_F(SlicedNewtonTest, BeginsByWhatIsGainedForWhatIsCovered) {
+  UpdateFixture<SE3> update(Ring(2500, 1000));
+  const int nodes = update.hierarchy().level(0).num_nodes;
+  const auto begins = [&](int covered) {
+    for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(0.6, &update, covered);
+    DoSlice(&update);
+    return HasFactor();
+  };
+  EXPECT_FALSE(begins(nodes));
+  EXPECT_TRUE(begins(nodes / 4));
 }
 
 // Few nodes whose factor is nearly full would take as much memory as a large map.
