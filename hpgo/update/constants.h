@@ -71,7 +71,8 @@ inline constexpr double kShareOfFarOff = 0.01;
 inline constexpr int kUpdatesFarOff = 3;
 // Numbers multiplied by an update: about what its windows take.
 inline constexpr double kMultiplicationsOfASlice = 6e7;
-// Of level 0: it is ordered, linearized and moved in one update each. A tenth of a second at 23,000.
+// Of level 0: it is ordered, linearized and moved in one update each. A tenth of a second at
+// 23,000.
 inline constexpr int kMostNodesOfNewton = 30000;
 // Of the factor: 240 MB. Dense worlds of that size have a third of it.
 inline constexpr std::int64_t kMostNumbersOfNewton = 30'000'000;

@@ -117,28 +117,28 @@ TYPED_TEST(GroupTest, ExpIsTheLimitOfSmallSteps) {
   EXPECT_TRUE(IsSamePose(product, G::Exp(xi), 1e-5));
 }
 
-TYPED_TEST(GroupTest, LocalCoordinatesInvertRetract) {
-  using G = TypeParam;
+// `plus` and `minus` undo each other, from random poses.
+template <typename G, typename PlusFunction, typename MinusFunction>
+void ExpectInverse(const PlusFunction& plus, const MinusFunction& minus, double rounding) {
   std::mt19937 rng(3);
   for (const auto& d : SampleTangents<G>(1e-9)) {
     const G x = RandomPose<G>(&rng, 10);
-    const double tolerance = 1e-13 * (10 + d.norm());
-    EXPECT_TRUE(IsNear(x.LocalCoordinates(x.Retract(d)), d, tolerance)) << d.transpose();
+    EXPECT_TRUE(IsNear(minus(plus(x, d), x), d, rounding * (10 + d.norm()))) << d.transpose();
     const G y = RandomPose<G>(&rng, 10);
-    EXPECT_TRUE(IsSamePose(x.Retract(x.LocalCoordinates(y)), y, 1e-13));
+    EXPECT_TRUE(IsSamePose(plus(x, minus(y, x)), y, rounding));
   }
+}
+
+TYPED_TEST(GroupTest, LocalCoordinatesInvertRetract) {
+  using G = TypeParam;
+  ExpectInverse<G>([](const G& x, const auto& d) { return x.Retract(d); },
+                   [](const G& y, const G& x) { return x.LocalCoordinates(y); }, 1e-13);
 }
 
 TYPED_TEST(GroupTest, MinusInvertsPlus) {
   using G = TypeParam;
-  std::mt19937 rng(7);
-  for (const auto& d : SampleTangents<G>(1e-9)) {
-    const G x = RandomPose<G>(&rng, 10);
-    const double tolerance = 1e-12 * (10 + d.norm());
-    EXPECT_TRUE(IsNear(x.Plus(d).Minus(x), d, tolerance)) << d.transpose();
-    const G y = RandomPose<G>(&rng, 10);
-    EXPECT_TRUE(IsSamePose(x.Plus(y.Minus(x)), y, 1e-12));
-  }
+  ExpectInverse<G>([](const G& x, const auto& d) { return x.Plus(d); },
+                   [](const G& y, const G& x) { return y.Minus(x); }, 1e-12);
 }
 
 // However far: half a turn about a point 100 m away.

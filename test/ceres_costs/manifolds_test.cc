@@ -60,6 +60,19 @@ TYPED_TEST(ManifoldTest, PlusAndMinusAreInverse) {
   }
 }
 
+TYPED_TEST(ManifoldTest, PlusGoesAlongTheExponential) {
+  using G = TypeParam;
+  for (const JacobianKind kind : {JacobianKind::kAmbient, JacobianKind::kLocal}) {
+    const auto manifold = MakePoseManifold<G>(kind);
+    for (const G& x : SamplePoses<G>(1e-9)) {
+      for (const auto& d : SampleTangents<G>(1e-9)) {
+        const double scale = 1 + x.translation().norm() + d.norm();
+        EXPECT_TRUE(IsSamePose(Plus(*manifold, x, d), x * G::Exp(d), 1e-12 * scale));
+      }
+    }
+  }
+}
+
 TYPED_TEST(ManifoldTest, PlusJacobianAgreesWithNumericDifferentiation) {
   using G = TypeParam;
   const PoseManifold<G> manifold;
