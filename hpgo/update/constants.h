@@ -68,7 +68,7 @@ inline constexpr double kShareOfFarOff = 0.01;
 
 // --- Newton steps in slices.
 // So many updates in a row that are far from the optimum are not just a closure, or two.
-inline constexpr int kUpdatesFarOff = 3;
+inline constexpr int kUpdatesFarOff = 4;
 // Numbers multiplied by an update: about what its windows take.
 inline constexpr double kMultiplicationsOfASlice = 6e7;
 // Of level 0: it is ordered, linearized and moved in one update each. A tenth of a second at
