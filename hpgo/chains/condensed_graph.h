@@ -95,7 +95,8 @@ class CondensedGraph {
   // Takes in all changes: finds the kept nodes, cuts and joins chains, and puts edges on level 0.
   // New nodes without a held one or an older one in their component get a kept one, their first.
   void Restructure();
-  // Nodes that wait for it, the ends of edges among them that a chain has lost in the meantime.
+  // How many nodes wait for it, the ends among them of edges that were found to be no part for a
+  // chain in the meantime.
   std::size_t num_changes() const { return touched_.size(); }
   // Linearizes all chains anew where they are, for those who want the very optimum. O(edges).
   void SettleAll();

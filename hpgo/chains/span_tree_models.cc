@@ -39,14 +39,16 @@ void SpanTree<G>::PrepareFirst(Index root) {
 template <typename G>
 void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
   typename G::Tangent pull = PullTowards(leaf.model, T);
-  for (int k = leaf.count - 1; k >= 0; --k) {
+  const int last = leaf.count - 1;
+  for (int k = last; k >= 0; --k) {
     const ChainEdge<G>& edge = edges_[leaf.items[k]];
-    poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull));
+    if (k < last)
+      poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull));
     pull = (edge.Y.InverseAdjoint().transpose() * pull).eval();
   }
   G before;
-  for (int k = 0; k + 1 < leaf.count; ++k) before = before * poses[k];
-  poses[leaf.count - 1] = before.Between(T).Normalized();
+  for (int k = 0; k < last; ++k) before = before * poses[k];
+  poses[last] = before.Between(T).Normalized();
 }
 
 template <typename G>

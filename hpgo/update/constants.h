@@ -62,7 +62,8 @@ inline constexpr double kFullStandstill = 1e-10;
 inline constexpr int kIterationsToFit = 3;
 
 // --- Far from the optimum.
-// An update that gains more than this share of the cost is; and a step on level 0 that misses as
+// An update that gains more than this share of the cost is, or than the root of what its solves are
+// of level 0 says of it; and a step on level 0 that misses as
 // much is followed by another one, though the budget is spent.
 inline constexpr double kShareOfFarOff = 0.01;
 
@@ -74,7 +75,7 @@ inline constexpr double kMultiplicationsOfASlice = 6e7;
 // Of level 0: it is ordered, linearized and moved in one update each. A tenth of a second at
 // 23,000.
 inline constexpr int kMostNodesOfNewton = 30000;
-// Of the factor: 240 MB. Dense worlds of that size have a third of it.
+// Of the factor: 240 MB. Dense worlds of 15,000 have a third of it.
 inline constexpr std::int64_t kMostNumbersOfNewton = 30'000'000;
 
 // --- Refine.

@@ -31,7 +31,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
   if (!changes.empty() || gauge->is_due()) SetDepth(1);
-  double last_mean = kInfinity;
+  double last_mean = kInfinity, cost = kInfinity;
   Changes left = changes;
   UpdateReport sum;
   do {
@@ -55,7 +55,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     solved_at_depth_ = 0;
     const double tau = Thresholds(depth_).tau;
     // Over all edges, those in chains among them: a sample's mean may be far above what is left.
-    const double cost = CostOf(&graph_);
+    cost = CostOf(&graph_);
     if (graph_.num_edges() > 0 && std::isfinite(cost)) mean_.Set(cost / graph_.num_edges());
     const bool gaining = last_mean - mean_.value() > kGainToGoDeeper * mean_.value();
     last_mean = mean_.value();
@@ -67,6 +67,9 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     QueueAll(thresholds, &graph_.hierarchy());
     sum.at_rest = false;
   } while (!sum.at_rest && !budget.IsStopped());
+  // Updates take it of the edges of level 0, where a chain is one.
+  const int num_edges = graph_.hierarchy().level(0).num_edges;
+  if (sum.at_rest && num_edges > 0 && std::isfinite(cost)) mean_.Set(cost / num_edges);
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.largest_moved = Larger(sum.largest_moved, sum.newest_moved);
   sum.seconds = budget.SecondsSpent();

@@ -39,11 +39,11 @@ template <typename G>
 void SlicedNewton<G>::Note(const ScheduleResult& windows, double far_off,
                            const Hierarchy<G>& hierarchy) {
   if (windows.at_rest) return Drop();
-  // The top is solved whole as it is. Windows that cover little of a large map cannot gain as much.
+  // The top is solved whole as it is. Few nodes of a large map cannot gain as much.
   const Level<G>& level = hierarchy.level(0);
-  const double covered = static_cast<double>(windows.solved_nodes) / level.num_nodes;
+  const double share = static_cast<double>(windows.solved_nodes) / level.num_nodes;
   const bool is_far_off =
-      hierarchy.num_levels() > 1 && windows.decrease > far_off * std::sqrt(std::min(1., covered));
+      hierarchy.num_levels() > 1 && windows.decrease > far_off * std::sqrt(std::min(1., share));
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
   if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
 }

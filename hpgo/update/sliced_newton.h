@@ -22,8 +22,8 @@ class SlicedNewton {
   // Its work of one update.
   void DoSlice(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
   // What the windows of the update have come to: the next one begins to factor if this was one of
-  // several that gained more than `far_off`, or than the root of the share of level 0 that they
-  // covered says of it; at rest there is nothing left to do.
+  // several that gained much. That is `far_off` where they solved as many nodes, on whatever level,
+  // as level 0 has, and goes with the root of them below. At rest there is nothing left to do.
   void Note(const ScheduleResult& windows, double far_off, const Hierarchy<G>& hierarchy);
   void Drop() { *this = SlicedNewton(); }
 

@@ -89,8 +89,8 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
         static_cast<double>(tools_.graph.linearized_edges() - linearized) / kLinearizedOfAWindow;
     const double spent = solves * std::max(worth, kLeastWorthOfASolve) + relinearized;
     // What such a step has missed is seen by nobody else before the next update.
-    const int most =
-        step.missed > plan_.far_off ? max_solves + tools_.options.max_windows : max_solves;
+    double most = max_solves;
+    if (step.missed > plan_.far_off) most += tools_.options.max_windows;
     // Chains that did not follow are to be cut first, which the next update does.
     const bool chains_follow = tools_.graph.num_changes() == changes;
     if (!step.is_nonlinear || window.level() > 0 || (solves >= most && spent >= most) ||

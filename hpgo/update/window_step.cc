@@ -73,11 +73,11 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
-  const double missed = result.missed = Missed(summary.predicted_decrease, result.decrease);
+  result.missed = Missed(summary.predicted_decrease, result.decrease);
   const bool gains = result.decrease > thresholds.tau;
-  const bool misses = summary.damped || missed > kTausMissedForAnother * thresholds.tau;
+  const bool misses = summary.damped || result.missed > kTausMissedForAnother * thresholds.tau;
   result.is_nonlinear = gains && misses;
-  double left_behind = misses ? std::sqrt(missed / window_.edges().size()) : 0;
+  double left_behind = misses ? std::sqrt(result.missed / window_.edges().size()) : 0;
   // A damped step leaves stress behind; worth another look as long as it got somewhere.
   if (summary.damped && gains) left_behind = std::max<double>(left_behind, 2 * thresholds.pending);
   Take(left_behind, thresholds, is_known);

@@ -12,6 +12,11 @@
 namespace hpgo {
 namespace {
 
+using ceres_costs::ErrorConvention;
+
+constexpr ErrorConvention kConventions[] = {ErrorConvention::kG2o, ErrorConvention::kTwist,
+                                            ErrorConvention::kSplitLog};
+
 template <typename G>
 class SpanTest : public testing::Test {
  protected:
@@ -43,8 +48,27 @@ class SpanTest : public testing::Test {
     return T;
   }
 
+  // An empty tree for edges of this convention.
+  void Begin(ErrorConvention convention) {
+    convention_ = convention;
+    tree_ = SpanTree<G>(convention);
+    edges_.clear();
+  }
+  // Every edge away from its measurement.
+  void Bend(Index root) {
+    tree_.LinearizeAt(
+        root, [&](const ChainEdge<G>& edge) { return edge.Y * RandomPose<G>(&rng_, 0.1, 0.1); });
+  }
+  ceres_costs::FactorTerm<G> FactorOf(const ChainEdge<G>& edge) const {
+    ceres_costs::FactorTerm<G> factor;
+    factor.term = &edge.term;
+    factor.convention = convention_;
+    return factor;
+  }
+
   std::mt19937_64 rng_{7};
-  SpanTree<G> tree_{ceres_costs::ErrorConvention::kG2o};
+  ErrorConvention convention_ = ErrorConvention::kG2o;
+  SpanTree<G> tree_{convention_};
   std::vector<Index> edges_;
 };
 using Groups = testing::Types<SE2, SE3, YawPose>;
@@ -61,45 +85,46 @@ TYPED_TEST(SpanTest, AChainPrefersWhatItsMeasurementsSay) {
 // Of the information of the ends, by eliminating the nodes between in one dense system.
 TYPED_TEST(SpanTest, TheModelIsTheSchurComplement) {
   constexpr int D = TypeParam::kDof, kEdges = 40;
-  const Index root = this->Append(kEdges, kNone);
-  // Node 0 is held; those behind the edges are unknown.
-  Eigen::MatrixXd H = Eigen::MatrixXd::Zero(D * kEdges, D * kEdges);
-  for (int k = 0; k < kEdges; ++k) {
-    const ChainEdge<TypeParam>& edge = this->tree_.edge(this->edges_[k]);
-    ceres_costs::FactorTerm<TypeParam> factor;
-    factor.term = &edge.term;
-    ceres_costs::QuadraticModel<TypeParam> at_j, at_i;
-    const TypeParam T = edge.reversed ? edge.Y.Inverse() : edge.Y;
-    ASSERT_TRUE(LinearizeFactor(factor, false, T, &at_j));
-    typename TypeParam::Matrix cross;  // row j, column i
-    TransportModel(T.Inverse(), at_j, &at_i, &cross);
-    const int i = edge.reversed ? k : k - 1, j = edge.reversed ? k - 1 : k;
-    if (j >= 0) H.template block<D, D>(D * j, D * j) += at_j.A;
-    if (i >= 0) H.template block<D, D>(D * i, D * i) += at_i.A;
-    if (i < 0 || j < 0) continue;
-    H.template block<D, D>(D * j, D * i) -= cross;
-    H.template block<D, D>(D * i, D * j) -= cross.transpose();
+  for (const ErrorConvention convention : kConventions) {
+    this->Begin(convention);
+    const Index root = this->Append(kEdges, kNone);
+    this->Bend(root);
+    // Node 0 is held; those behind the edges are unknown.
+    Eigen::MatrixXd H = Eigen::MatrixXd::Zero(D * kEdges, D * kEdges);
+    for (int k = 0; k < kEdges; ++k) {
+      const ChainEdge<TypeParam>& edge = this->tree_.edge(this->edges_[k]);
+      ceres_costs::QuadraticModel<TypeParam> at_j, at_i;
+      const TypeParam T = edge.reversed ? edge.Y.Inverse() : edge.Y;
+      ASSERT_TRUE(LinearizeFactor(this->FactorOf(edge), false, T, &at_j));
+      typename TypeParam::Matrix cross;  // row j, column i
+      TransportModel(T.Inverse(), at_j, &at_i, &cross);
+      const int i = edge.reversed ? k : k - 1, j = edge.reversed ? k - 1 : k;
+      if (j >= 0) H.template block<D, D>(D * j, D * j) += at_j.A;
+      if (i >= 0) H.template block<D, D>(D * i, D * i) += at_i.A;
+      if (i < 0 || j < 0) continue;
+      H.template block<D, D>(D * j, D * i) -= cross;
+      H.template block<D, D>(D * i, D * j) -= cross.transpose();
+    }
+    const Eigen::MatrixXd expected = H.inverse().bottomRightCorner(D, D);
+    const typename TypeParam::Matrix covariance = this->tree_.Model(root).covariance.Dense();
+    EXPECT_LT((covariance - expected).norm(), 1e-9 * expected.norm());
   }
-  const Eigen::MatrixXd expected = H.inverse().bottomRightCorner(D, D);
-  const typename TypeParam::Matrix covariance = this->tree_.Model(root).covariance.Dense();
-  EXPECT_LT((covariance - expected).norm(), 1e-9 * expected.norm());
 }
 
 // What a step has gained is the difference of two of them.
 TYPED_TEST(SpanTest, ItCostsWhatItsEdgesCostWhereTheyAre) {
-  const Index root = this->Append(40, kNone);
-  this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
-    return edge.Y * RandomPose<TypeParam>(&this->rng_, 0.1, 0.1);
-  });
-  double cost = 0;
-  for (const Index e : this->edges_) {
-    const ChainEdge<TypeParam>& edge = this->tree_.edge(e);
-    ceres_costs::FactorTerm<TypeParam> factor;
-    factor.term = &edge.term;
-    cost += FactorCost(factor, false, edge.reversed ? edge.Y.Inverse() : edge.Y);
+  for (const ErrorConvention convention : kConventions) {
+    this->Begin(convention);
+    const Index root = this->Append(40, kNone);
+    this->Bend(root);
+    double cost = 0;
+    for (const Index e : this->edges_) {
+      const ChainEdge<TypeParam>& edge = this->tree_.edge(e);
+      cost += FactorCost(this->FactorOf(edge), false, edge.reversed ? edge.Y.Inverse() : edge.Y);
+    }
+    EXPECT_GT(cost, 0.1);
+    EXPECT_NEAR(this->tree_.Model(root).cost, cost, 1e-9 * cost);
   }
-  EXPECT_GT(cost, 0.1);
-  EXPECT_NEAR(this->tree_.Model(root).cost, cost, 1e-9 * cost);
 }
 
 TYPED_TEST(SpanTest, ASplitChainIsItsTwoParts) {
@@ -175,37 +200,38 @@ TYPED_TEST(SpanTest, WhatCannotGetThereIsCut) {
 // longer falls along any of them.
 TYPED_TEST(SpanTest, InteriorsAreAtTheirConditionalOptimum) {
   constexpr int D = TypeParam::kDof;
-  const Index root = this->Append(60, kNone);
-  typename TypeParam::Tangent bend = TypeParam::Tangent::Constant(0.3);
-  const TypeParam T = this->tree_.Model(root).T.Retract(bend);
-  this->tree_.SettleAll(root, T);
-  std::vector<TypeParam> poses;
-  TypeParam product;
-  this->tree_.ForEachEdge(root, T, [&](Index, const TypeParam& Y) {
-    poses.push_back(Y);
-    product = product * Y;
-  });
-  EXPECT_LT(product.LocalCoordinates(T).norm(), 1e-9);
-  const auto cost = [&](int node, const typename TypeParam::Tangent& d) {
-    double sum = 0;
-    for (int k = node; k <= node + 1; ++k) {
-      const ChainEdge<TypeParam>& edge = this->tree_.edge(this->edges_[k]);
-      ceres_costs::FactorTerm<TypeParam> factor;
-      factor.term = &edge.term;
-      const TypeParam moved = TypeParam().Retract(d);
-      const TypeParam Y = k == node ? poses[k] * moved : moved.Inverse() * poses[k];
-      sum += FactorCost(factor, false, edge.reversed ? Y.Inverse() : Y);
-    }
-    return sum;
-  };
-  constexpr double h = 1e-5;
-  for (const int node : {0, 7, 15, 16, 40, 58}) {
-    for (int c = 0; c < D; ++c) {
-      typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
-      d(c) = h;
-      const double slope = (cost(node, d) - cost(node, -d)) / (2 * h);
-      EXPECT_NEAR(slope, 0, 1e-4 * (1 + cost(node, TypeParam::Tangent::Zero()) / h * 1e-3))
-          << node << ' ' << c;
+  for (const ErrorConvention convention : kConventions) {
+    this->Begin(convention);
+    const Index root = this->Append(60, kNone);
+    typename TypeParam::Tangent bend = TypeParam::Tangent::Constant(0.3);
+    const TypeParam T = this->tree_.Model(root).T.Retract(bend);
+    this->tree_.SettleAll(root, T);
+    std::vector<TypeParam> poses;
+    TypeParam product;
+    this->tree_.ForEachEdge(root, T, [&](Index, const TypeParam& Y) {
+      poses.push_back(Y);
+      product = product * Y;
+    });
+    EXPECT_LT(product.LocalCoordinates(T).norm(), 1e-9);
+    const auto cost = [&](int node, const typename TypeParam::Tangent& d) {
+      double sum = 0;
+      for (int k = node; k <= node + 1; ++k) {
+        const ChainEdge<TypeParam>& edge = this->tree_.edge(this->edges_[k]);
+        const TypeParam moved = TypeParam().Retract(d);
+        const TypeParam Y = k == node ? poses[k] * moved : moved.Inverse() * poses[k];
+        sum += FactorCost(this->FactorOf(edge), false, edge.reversed ? Y.Inverse() : Y);
+      }
+      return sum;
+    };
+    constexpr double h = 1e-5;
+    for (const int node : {0, 7, 15, 16, 40, 58}) {
+      for (int c = 0; c < D; ++c) {
+        typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
+        d(c) = h;
+        const double slope = (cost(node, d) - cost(node, -d)) / (2 * h);
+        EXPECT_NEAR(slope, 0, 1e-4 * (1 + cost(node, TypeParam::Tangent::Zero()) / h * 1e-3))
+            << node << ' ' << c;
+      }
     }
   }
 }

@@ -75,13 +75,14 @@ TEST_F(SlicedNewtonTest, IsGivenUpAtRest) {
 TEST_F(SlicedNewtonTest, BeginsByWhatIsGainedForWhatIsCovered) {
   UpdateFixture<SE3> update(Ring(2500, 1000));
   const int nodes = update.hierarchy().level(0).num_nodes;
-  const auto begins = [&](int covered) {
-    for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(0.6, &update, covered);
+  const auto begins = [&](double gain, int covered) {
+    for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(gain, &update, covered);
     DoSlice(&update);
     return HasFactor();
   };
-  EXPECT_FALSE(begins(nodes));
-  EXPECT_TRUE(begins(nodes / 4));
+  EXPECT_FALSE(begins(0.6, nodes));
+  EXPECT_FALSE(begins(0.4, nodes / 4));
+  EXPECT_TRUE(begins(0.6, nodes / 4));
 }
 
 // Few nodes whose factor is nearly full would take as much memory as a large map.
