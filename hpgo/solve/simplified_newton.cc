@@ -58,38 +58,51 @@ template <typename G>
 double SimplifiedNewton<G>::FindStep(const Subproblem<G>& problem, double* promised) {
   constexpr int D = G::kDof;
   using Vector = Eigen::Map<Tangent>;
-  solution_.assign(static_cast<std::size_t>(num_slots_) * D, 0.);
-  const auto slot = [&](int k) {
-    return k == kWorldFrame || k >= problem.num_free ? -1 : slots_[k];
-  };
-  const auto at = [&](int s) { return Vector(&solution_[static_cast<std::size_t>(s) * D]); };
   const auto part = [&](int k) { return Vector(&step_[static_cast<std::size_t>(k) * D]); };
+  const auto at = [&](int s) { return Vector(&solution_[static_cast<std::size_t>(s) * D]); };
+  // The descent first.
+  step_.assign(static_cast<std::size_t>(problem.num_free) * D, 0.);
   double cost = 0;
   QuadraticModel<G> at_j, at_i;
   for (const Factor<G>& factor : problem.factors) {
     const G Y = RelativePose(factor, problem.poses);
     if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
     cost += at_j.cost;
-    if (slot(factor.j) >= 0) at(slot(factor.j)) -= at_j.b;
-    if (slot(factor.i) < 0) continue;
+    if (factor.j < problem.num_free) part(factor.j) -= at_j.b;
+    if (factor.i == kWorldFrame || factor.i >= problem.num_free) continue;
     TransportModel(Y.Inverse(), at_j, &at_i);  // J_i = -J_j Ad(Y^-1)
-    at(slot(factor.i)) += at_i.b;
+    part(factor.i) += at_i.b;
   }
-  const std::vector<double> descent = solution_;
+  // What pulls at a follower pulls at its leader: else a component that nothing else holds would be
+  // pulled away by those that come along.
+  for (auto follower = followers_.rbegin(); follower != followers_.rend(); ++follower) {
+    part(follower->leader) +=
+        follower->T_leader_pose.InverseAdjoint().transpose() * part(follower->pose);
+  }
+  solution_.assign(static_cast<std::size_t>(num_slots_) * D, 0.);
+  for (int k = 0; k < problem.num_free; ++k) {
+    if (slots_[k] >= 0) at(slots_[k]) = part(k);
+  }
   system_.Solve(solution_.data());
   *promised = 0;
-  for (std::size_t k = 0; k < solution_.size(); ++k) *promised += descent[k] * solution_[k];
-  step_.assign(static_cast<std::size_t>(problem.num_free) * D, 0.);
   for (int k = 0; k < problem.num_free; ++k) {
-    if (slots_[k] >= 0) part(k) = at(slots_[k]);
+    if (slots_[k] >= 0) {
+      *promised += at(slots_[k]).dot(part(k));
+      part(k) = at(slots_[k]);
+    } else {
+      part(k).setZero();
+    }
+  }
+  for (const Follower& follower : followers_) {
+    part(follower.pose) = follower.T_leader_pose.InverseAdjoint() * part(follower.leader);
   }
   return cost;
 }
 
-// Poses that are new go with the neighbour that they fit best: along a minimum spanning forest.
+// Poses that are new go with the neighbour that they fit best, rigidly: along a minimum spanning
+// forest.
 template <typename G>
-void SimplifiedNewton<G>::FollowRigidly(const Subproblem<G>& problem) {
-  using Vector = Eigen::Map<Tangent>;
+void SimplifiedNewton<G>::FindFollowers(const Subproblem<G>& problem) {
   struct Link {
     double cost;
     int pose, leader;
@@ -111,7 +124,6 @@ void SimplifiedNewton<G>::FollowRigidly(const Subproblem<G>& problem) {
       }
     }
   }
-  const auto step = [&](int k) { return Vector(&step_[static_cast<std::size_t>(k) * G::kDof]); };
   std::unordered_set<int> placed;
   while (!next.empty()) {
     const Link link = next.top();
@@ -119,7 +131,6 @@ void SimplifiedNewton<G>::FollowRigidly(const Subproblem<G>& problem) {
     if (!placed.insert(link.pose).second) continue;
     const G T = problem.poses[link.leader].Between(problem.poses[link.pose]);
     followers_.push_back({link.pose, link.leader, T});
-    step(link.pose) = T.InverseAdjoint() * step(link.leader);
     for (const Link& further : led[link.pose]) next.push(further);
   }
 }
@@ -149,6 +160,7 @@ SubproblemSummary SimplifiedNewton<G>::Solve(const SubproblemOptions& options,
   const Clock::time_point start = Clock::now();
   SubproblemSummary summary;
   const bool any = FindSlots(*problem);
+  FindFollowers(*problem);
   double promised = 0;
   const double cost = FindStep(*problem, &promised);
   summary.initial_cost = summary.final_cost = cost;
@@ -158,15 +170,14 @@ SubproblemSummary SimplifiedNewton<G>::Solve(const SubproblemOptions& options,
     summary.status = Status(StatusCode::kInterrupted, "cancelled");
   } else if (any) {
     summary.iterations = 1;
-    FollowRigidly(*problem);
     double length = std::min(1., kReach / LargestTurn(*problem, step_));
     summary.damped = length < 1;
     const auto expected = [&] { return promised * (2 * length - length * length); };
     double trial_cost = Try(length, *problem);
-    if (!(trial_cost < cost) && std::isfinite(trial_cost)) {
+    while (!(trial_cost < cost) && std::isfinite(trial_cost) && length > kShortestStep) {
       summary.damped = true;
       length *= BestStepLength(expected(), trial_cost - cost);
-      if (length > kShortestStep) trial_cost = Try(length, *problem);
+      trial_cost = Try(length, *problem);
     }
     if (trial_cost < cost) {
       problem->poses.swap(trial_);

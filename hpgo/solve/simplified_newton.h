@@ -51,7 +51,7 @@ class SimplifiedNewton : public SubproblemSolver<G> {
 
   bool FindSlots(const Subproblem<G>& problem);
   double FindStep(const Subproblem<G>& problem, double* promised);
-  void FollowRigidly(const Subproblem<G>& problem);
+  void FindFollowers(const Subproblem<G>& problem);
   double Try(double part, const Subproblem<G>& problem);
 
   BlockSystem<G> system_;

@@ -103,6 +103,38 @@ TYPED_TEST(SimplifiedNewtonTest, AStepTurnsNothingFurtherThanItReaches) {
             1.1 * kReach);
 }
 
+// Else nothing would, but a prior of next to nothing: the poses would go with the new one for
+// miles.
+TYPED_TEST(SimplifiedNewtonTest, WhatFollowsHoldsWhatItFollows) {
+  const PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(40, 0.02, 4).graph;
+  Problem<TypeParam> problem(graph);
+  this->Optimum(&problem);
+  std::vector<Factor<TypeParam>>& factors = problem.subproblem.factors;
+  const auto is_held = [&](int pose) { return pose >= problem.subproblem.num_free; };
+  const auto holds = [&](const Factor<TypeParam>& factor) {
+    return is_held(factor.i) || is_held(factor.j);
+  };
+  factors.erase(std::remove_if(factors.begin(), factors.end(), holds), factors.end());
+  std::vector<TypeParam>& poses = problem.subproblem.poses;
+  ceres_costs::RelativePoseTerm<TypeParam> prior;
+  prior.measurement = poses[0];
+  prior.information =
+      ceres_costs::PackedSymmetric<TypeParam::kDof>(1e-9 * TypeParam::Matrix::Identity());
+  Factor<TypeParam> weak;
+  weak.j = 0;
+  weak.term = &prior;
+  factors.push_back(weak);
+  std::vector<Index> names = this->NamesFrom(0, problem);
+  this->BeginAndFactor(&problem, names);
+  constexpr int kNew = 5;
+  names[kNew] = 1000;
+  poses[kNew] = poses[kNew].Retract(TypeParam::Tangent::Constant(0.1));
+  const std::vector<TypeParam> before = poses;
+  const SubproblemSummary step = this->Step(&problem, names);
+  EXPECT_LT(step.final_cost, step.initial_cost);
+  EXPECT_LT(Distance(poses, before), 10);
+}
+
 // With a Hessian that is too soft.
 TYPED_TEST(SimplifiedNewtonTest, AStepThatIsTooLongIsShortened) {
   const PoseGraph<TypeParam> graph = MakeKnownGraph<TypeParam>(40, 0.02, 6).graph;
