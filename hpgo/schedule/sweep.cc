@@ -12,8 +12,8 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
   }
   start_ = -1;
   std::vector<int> served(num_levels, 0);
-  int windows = 0, bottom_windows = 0, idle = 0;  // idle: levels in a row without work
-  bool skipped = false;  // a level had served its share and was passed over
+  int windows = 0, idle = 0;  // idle: levels in a row without work
+  bool skipped = false;       // a level had served its share and was passed over
   while (idle < num_levels) {
     const bool stop = actions.stop && actions.stop(level);
     if (windows >= limits.max_windows || stop) {
@@ -32,11 +32,9 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
       ++served[level];
       windows += worth;
       idle = 0;
-      if (level == 0 && ++bottom_windows < limits.max_bottom_windows) continue;
     } else {
       ++idle;
     }
-    bottom_windows = 0;
     level = level == 0 ? top : level - 1;
   }
   return !skipped;

@@ -9,7 +9,6 @@ namespace hpgo {
 struct SweepLimits {
   int max_windows = 3;  // M: windows an update, the top's solve among them
   int max_windows_per_level = 2;
-  int max_bottom_windows = 1;  // on level 0 before the next turn
 };
 
 // What the sweep asks and orders.

@@ -44,8 +44,6 @@ inline constexpr double kSmallestTimedWindow = 0.5;
 // By which the expected time goes down, and up: rather too small a window than an update that takes
 // too long.
 inline constexpr double kShareOfFaster = 0.2, kShareOfSlower = 0.5;
-// Windows on level 0 in a turn where time bounds them: it takes the most to cover.
-inline constexpr int kBottomWindowsByTime = 6;
 // Edges merged between two looks at the clock.
 inline constexpr int kMergesPerLookAtClock = 64;
 

@@ -131,7 +131,6 @@ ScheduleResult StressSchedule<G>::Run() {
   limits.max_windows = tools_.options.max_windows;
   if (plan_.budget.HasTimeLimit()) {
     limits.max_windows = limits.max_windows_per_level = std::numeric_limits<int>::max();
-    limits.max_bottom_windows = kBottomWindowsByTime;
   }
   SweepActions actions;
   actions.stop = [&](int l) { return IsStopped(l); };

@@ -73,15 +73,6 @@ TEST(SweepTest, ALargerWindowCountsForMore) {
   EXPECT_EQ(levels.order, "21");
 }
 
-TEST(SweepTest, StaysAtTheBottomForAWhile) {
-  FakeLevels levels{{5, 2}, {}, "", 1000};
-  EXPECT_TRUE(Sweep().Run(2, {100, 100, 3}, kThreshold, levels.Actions()));
-  EXPECT_EQ(levels.order, "1000100");
-  levels = FakeLevels{{1, 2}, {}, "", 1000};
-  EXPECT_TRUE(Sweep().Run(2, {100, 100, 3}, kThreshold, levels.Actions()));
-  EXPECT_EQ(levels.order, "101") << "until it is calm";
-}
-
 TEST(SweepTest, ResumesBelowWhereTheLimitHitIt) {
   FakeLevels levels{{9, 9, 9}, {1, 1, 1}, "", 1000};
   Sweep sweep;
