@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -145,12 +146,23 @@ class SpanTree {
   void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
 
   // span_tree_settle.cc
-  struct Settled {
-    std::vector<std::pair<Index, G>> before;  // the edges that were moved, from where
-    double turn = 0;                          // the largest of an edge, in rad
-    double gained = 0;                        // by which their cost fell
+  // Which spans a pass looks into: those that bend far; whose models miss too much; all, and those
+  // leaves that miss too much; or all of it.
+  enum class Depth { kFar, kMissed, kLeaves, kAll };
+  struct Pass {
+    Depth depth = Depth::kAll;
+    double tolerance = 0;                                    // in sqrt(chi2)
+    double reach = std::numeric_limits<double>::infinity();  // rad, of an edge
+    Index moved = kNone;                                     // a span looked into in any case
+    bool Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const;
   };
-  bool SettleSpan(Index span, const G& T, double tolerance, double reach, Settled* settled);
+  struct Settled {
+    std::vector<std::pair<Index, SpanModel<G>>> models;  // the spans that were moved, as they were
+    std::vector<std::pair<Index, G>> before;             // the edges that were moved, from where
+    double turn = 0;                                     // the largest of an edge, in rad
+    double gained = 0;                                   // by which their cost fell
+  };
+  bool SettleSpan(Index span, const G& T, const Pass& pass, Settled* settled);
   void Undo(const Settled& settled);
   int SettleInTurns(Index root, const G& T, double tolerance, double still);
 

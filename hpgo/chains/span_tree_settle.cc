@@ -1,12 +1,14 @@
 // The tree of spans: where its edges are linearized, and the steps to where they rest.
 
 #include <algorithm>
-#include <limits>
 
 #include "hpgo/chains/span_tree.h"
 
 namespace hpgo {
 namespace {
+
+// rad, or m per m, by which a span may bend on the way before it is looked into.
+constexpr double kFarOnTheWay = 0.05;
 
 // T_i_j of the measurement where the edge is linearized.
 template <typename G>
@@ -20,6 +22,22 @@ bool TurnsTooFar(const ChainEdge<G>& edge) {
 }
 
 }  // namespace
+
+// Whether a span is looked into, given the T it should have.
+template <typename G>
+bool SpanTree<G>::Pass::Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const {
+  switch (depth) {
+    case Depth::kFar:
+      return BendAt(model, T) > kFarOnTheWay;
+    case Depth::kMissed:
+      return MissedAt(model, T) > tolerance;
+    case Depth::kLeaves:
+      return is_inner || MissedAt(model, T) > tolerance;
+    case Depth::kAll:
+      break;
+  }
+  return true;
+}
 
 template <typename G>
 G SpanTree<G>::Relax(Index s) {
@@ -53,13 +71,13 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
   }
 }
 
-// `tolerance` below zero: whatever the model may miss. False where an edge turned further than
-// `reach`: the rest was not looked at, and all of it is to be undone.
+// False where an edge turned further than the reach: the rest was not looked at, and all of it is
+// to be undone.
 template <typename G>
-bool SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, double reach,
-                             Settled* settled) {
+bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* settled) {
   Span& span = spans_[s];
-  if (!(MissedAt(Model(s), T) > tolerance)) return true;
+  if (!pass.Concerns(Model(s), T, span.height > 0) && s != pass.moved) return true;
+  settled->models.emplace_back(s, span.model);
   if (span.height == 0) {
     G poses[kLeafEdges];
     DistributeLeaf(span, T, poses);
@@ -70,15 +88,16 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, double reach
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
       edge.Y = poses[k];
     }
+    if (settled->turn > pass.reach) return false;
     settled->gained += span.model.cost;
     ComputeLeaf(&span);
     settled->gained -= span.model.cost;
-    return settled->turn <= reach;
+    return true;
   }
   const SplitPose<G> split =
       Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
-  if (!SettleSpan(span.items[0], split.first, tolerance, reach, settled) ||
-      !SettleSpan(span.items[1], split.second, tolerance, reach, settled)) {
+  if (!SettleSpan(span.items[0], split.first, pass, settled) ||
+      !SettleSpan(span.items[1], split.second, pass, settled)) {
     return false;
   }
   span.model = Join(spans_[span.items[0]].model, spans_[span.items[1]].model, split);
@@ -87,31 +106,38 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, double tolerance, double reach
 
 template <typename G>
 void SpanTree<G>::Undo(const Settled& settled) {
-  for (const auto& [e, Y] : settled.before) {
-    edges_[e].Y = Y;
-    MarkStale(edges_[e].leaf);
-  }
+  for (const auto& [e, Y] : settled.before) edges_[e].Y = Y;
+  for (const auto& [s, model] : settled.models) spans_[s].model = model;
 }
 
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
-// and no model misses more than `tolerance`. The ends go to T in steps within reach; one that turns
-// an edge further than a linearization can reach is made shorter. Where that does not help the
-// edges are knotted, and the way begins at their measurements instead. At T a step that raises the
-// cost is the last and is taken back: bent far enough, such steps would go anywhere, and the middle
-// of what they bend, or of what does not get to T, is no part for a chain.
+// and no model misses more than `tolerance`. The ends go to T in steps
+// within reach. On the way spans that hardly bend are taken as they are, so that it costs what
+// bends, not the length of the chain; at T all of it is looked at. A step that turns an edge
+// further than a linearization can reach is made shorter. Where that does not help the edges are
+// knotted, and the way begins at their measurements instead. At T a step that raises the cost is
+// the last and is taken back: bent far enough, such steps would go anywhere, and the middle of what
+// they bend, or of what does not get to T, is no part for a chain.
 template <typename G>
 int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
+  const Depth first = tolerance < 0 ? Depth::kAll : Depth::kMissed;
+  const Depth again = tolerance < 0 ? Depth::kAll : Depth::kLeaves;
   int edges = 0;
-  double again = tolerance, part = 1;
+  Depth depth = first;
+  double part = 1;
   bool arrived = false, untied = false;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
+    Pass pass;
+    pass.depth = step.arrives ? depth : Depth::kFar;
+    pass.moved = step.arrives ? kNone : root;
+    pass.tolerance = tolerance;
+    if (!arrived) pass.reach = kReach;
     Settled settled;
-    const bool is_within = SettleSpan(
-        root, step.T, again, arrived ? std::numeric_limits<double>::infinity() : kReach, &settled);
-    if (settled.before.empty()) break;
+    const bool is_within = SettleSpan(root, step.T, pass, &settled);
+    if (step.arrives && settled.before.empty()) break;
     edges += static_cast<int>(settled.before.size());
     if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
@@ -141,9 +167,10 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
       if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
     }
     part = 1;
+    const bool comes_from_afar = !step.arrives || (turn > 0 && !arrived);
+    depth = settled.turn > still || comes_from_afar ? again : first;
     arrived = step.arrives;
     if (tolerance < 0 && settled.turn <= still && arrived) break;
-    again = settled.turn > still ? -1 : tolerance;
   }
   return edges;
 }

@@ -26,6 +26,10 @@ inline constexpr double kMostTooStiff = 100;
 inline constexpr double kLeastWorthOfASolve = 0.05;
 // Edges in chains that are linearized in the time of a usual window.
 inline constexpr double kLinearizedOfAWindow = 1000;
+// Edges in chains up to which a window is solved again: by the size of their matrices, so that they
+// take a few times as long as a slow update does.
+template <typename G>
+inline constexpr double kMostLinearized = 2.5e6 / (G::kDof * G::kDof * G::kDof);
 // Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
 // falls; and how many of them are asked at most.
 inline constexpr double kHalfTurnToAskBelow = 0.025;

@@ -7,27 +7,38 @@ namespace hpgo {
 namespace {
 
 using ceres_costs::SE2;
+using ceres_costs::SE3;
+
+// A metre ahead, and a turn.
+template <typename G>
+G Ahead(double turn) {
+  typename G::Tangent d = G::Tangent::Zero();
+  d(0) = 1;
+  d(G::kDof - 1) = turn;
+  return G().Retract(d);
+}
 
 // A drive once around, whose dead reckoning turns by half as much. Two closures make it two loops.
-PoseGraph<SE2> Lap(int nodes) {
-  PoseGraph<SE2> graph;
-  GraphEdge<SE2> edge;
-  edge.information = 100 * SE2::Matrix::Identity();
+template <typename G>
+PoseGraph<G> Lap(int nodes) {
+  PoseGraph<G> graph;
+  GraphEdge<G> edge;
+  edge.information = 100 * G::Matrix::Identity();
   const double turn = 2 * EIGEN_PI / nodes;
-  SE2 pose, truth, halfway;
+  G pose, truth, halfway;
   for (int k = 0; k < nodes; ++k) {
     (void)graph.AddNode({k, pose, false});
     if (k == nodes / 2) halfway = truth;
-    pose = pose * SE2(1, 0, turn / 2);
-    truth = truth * SE2(1, 0, turn);
+    pose = pose * Ahead<G>(turn / 2);
+    truth = truth * Ahead<G>(turn);
     edge.i = k - 1;
     edge.j = k;
-    edge.measurement = SE2(1, 0, turn / 2);
+    edge.measurement = Ahead<G>(turn / 2);
     if (k > 0) (void)graph.AddEdge(edge);
   }
   edge.i = 0;
   edge.j = nodes - 1;
-  edge.measurement = truth * SE2(1, 0, turn).Inverse();
+  edge.measurement = truth * Ahead<G>(turn).Inverse();
   (void)graph.AddEdge(edge);
   edge.j = nodes / 2;
   edge.measurement = halfway;
@@ -36,10 +47,11 @@ PoseGraph<SE2> Lap(int nodes) {
 }
 
 // How often the first window on the lap is solved, by an update of one usual window.
+template <typename G = SE2>
 int SolvesOfLap(int nodes, const UpdateLimits& limits = {}, double far_off = 1e9) {
   OptimizerOptions options;
   options.max_windows = 1;
-  UpdateFixture<SE2> update(Lap(nodes), options);
+  UpdateFixture<G> update(Lap<G>(nodes), options);
   const StressThresholds thresholds = StressThresholds::FromMean(1, 1e-4);
   QueueAll(thresholds, &update.hierarchy());
   const Budget budget(limits);
@@ -60,6 +72,12 @@ TEST(StressScheduleTest, WhatMissesMuchIsSolvedAgain) {
   UpdateLimits limits;
   limits.max_seconds = 1e6;
   EXPECT_GE(SolvesOfLap(50, limits, 0), SolvesOfLap(50));
+}
+
+// In 3D an edge takes eight times as long.
+TEST(StressScheduleTest, WhatTakesLongToLinearizeIsNotSolvedAgain) {
+  EXPECT_GT(SolvesOfLap<SE3>(1000, {}, 0), 1);
+  EXPECT_EQ(SolvesOfLap<SE3>(10000, {}, 0), 1);
 }
 
 // Half way its edges are turned by more than a linearization reaches: the chains are to be cut
