@@ -83,8 +83,8 @@ inline constexpr std::int64_t kMostNumbersOfNewton = 30'000'000;
 
 // --- Refine.
 // Everything is examined again at thresholds this many times smaller, each kDeeper times the last;
-// on ill-conditioned graphs down to kDeepest while a round gains kGainToGoDeeper of the cost.
-inline constexpr double kDeep = 100, kDeepest = 1e6, kDeeper = 10, kGainToGoDeeper = 1e-5;
+// on ill-conditioned graphs further than kDeep while a round gains kGainToGoDeeper of the cost.
+inline constexpr double kDeep = 100, kDeeper = 10, kGainToGoDeeper = 1e-5;
 // Where the levels' models disagree, windows may undo each other's work for ever: after so many
 // passes over the graph it is solved whole.
 inline constexpr double kMostPasses = 20;

@@ -59,7 +59,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (graph_.num_edges() > 0 && std::isfinite(cost)) mean_.Set(cost / graph_.num_edges());
     const bool gaining = last_mean - mean_.value() > kGainToGoDeeper * mean_.value();
     last_mean = mean_.value();
-    const bool deeper = depth_ < kDeep || (gaining && depth_ < kDeepest);
+    const bool deeper = depth_ < kDeep || gaining;
     if (deeper) SetDepth(kDeeper * depth_);
     const StressThresholds thresholds = Thresholds(depth_);
     if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
