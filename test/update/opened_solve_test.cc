@@ -121,5 +121,32 @@ TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
   EXPECT_LT(evaluations, 1000);
 }
 
+// Whole solves go on from there, with the chains linearized anew.
+TEST_F(OpenedSolveTest, AWholeSolveTakesAsManyBetweenTwoLinearizationsOfChains) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  int evaluations = 0;
+  UpdateFixture<SE2> update(graph, OptimizerOptions(), std::make_shared<EverLower>(&evaluations));
+  const Budget budget{UpdateLimits()};
+  UpdateReport report;
+  SolveWholeGraph(update.tools(), {budget, thresholds_, News(), 1e9}, &report);
+  EXPECT_GT(evaluations, 1000);
+}
+
+// The paper's scheme optimizes the top fully, and no window after it gains as much.
+TEST_F(OpenedSolveTest, SoDoesTheTopOfAFixedSchedule) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  int evaluations = 0;
+  UpdateFixture<SE2> update(graph, OptimizerOptions::Paper(),
+                            std::make_shared<EverLower>(&evaluations));
+  const Budget budget{UpdateLimits()};
+  UpdateReport report;
+  RunFixedSchedule(update.tools(), {budget, thresholds_, News(), 1e9}, kNone, &report);
+  EXPECT_EQ(report.top_solves, 1);
+  EXPECT_GT(evaluations, 200);
+  EXPECT_LT(evaluations, 1000);
+}
+
 }  // namespace
 }  // namespace hpgo
