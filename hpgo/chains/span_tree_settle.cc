@@ -111,13 +111,13 @@ void SpanTree<G>::Undo(const Settled& settled) {
 }
 
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
-// and no model misses more than `tolerance`. The ends go to T in steps
-// within reach. On the way spans that hardly bend are taken as they are, so that it costs what
-// bends, not the length of the chain; at T all of it is looked at. A step that turns an edge
-// further than a linearization can reach is made shorter. Where that does not help the edges are
-// knotted, and the way begins at their measurements instead. At T a step that raises the cost is
-// the last and is taken back: bent far enough, such steps would go anywhere, and the middle of what
-// they bend, or of what does not get to T, is no part for a chain.
+// and no model misses more than `tolerance`. The ends go to T in steps within reach. On the way
+// spans that hardly bend are taken as they are, so that it costs what bends, not the length of the
+// chain; at T all of it is looked at. A step that turns an edge further than a linearization can
+// reach is made shorter. Where that does not help the edges are knotted, and the way begins at
+// their measurements instead. At T a step that raises the cost is the last and is taken back: bent
+// far enough, such steps would go anywhere, and the middle of what they bend, or of what does not
+// get to T, is no part for a chain.
 template <typename G>
 int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
