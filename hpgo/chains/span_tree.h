@@ -146,12 +146,12 @@ class SpanTree {
   void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
 
   // span_tree_settle.cc
-  // Which spans a pass looks into: those that bend far; whose models miss too much; all, and those
-  // leaves that miss too much; or all of it.
-  enum class Depth { kFar, kMissed, kLeaves, kAll };
+  // Which spans a pass looks into: those that bend far; those that miss too much; or all, but of
+  // the leaves those that miss too much.
+  enum class Depth { kFar, kMissed, kLeaves };
   struct Pass {
-    Depth depth = Depth::kAll;
-    double tolerance = 0;                                    // in sqrt(chi2)
+    Depth depth = Depth::kMissed;
+    double tolerance = 0;                                    // in sqrt(chi2); below zero: none
     double reach = std::numeric_limits<double>::infinity();  // rad, of an edge
     Index moved = kNone;                                     // a span looked into in any case
     bool Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const;

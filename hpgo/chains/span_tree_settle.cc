@@ -26,17 +26,8 @@ bool TurnsTooFar(const ChainEdge<G>& edge) {
 // Whether a span is looked into, given the T it should have.
 template <typename G>
 bool SpanTree<G>::Pass::Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const {
-  switch (depth) {
-    case Depth::kFar:
-      return BendAt(model, T) > kFarOnTheWay;
-    case Depth::kMissed:
-      return MissedAt(model, T) > tolerance;
-    case Depth::kLeaves:
-      return is_inner || MissedAt(model, T) > tolerance;
-    case Depth::kAll:
-      break;
-  }
-  return true;
+  if (depth == Depth::kFar) return BendAt(model, T) > kFarOnTheWay;
+  return (depth == Depth::kLeaves && is_inner) || MissedAt(model, T) > tolerance;
 }
 
 template <typename G>
@@ -122,18 +113,16 @@ template <typename G>
 int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
-  const Depth first = tolerance < 0 ? Depth::kAll : Depth::kMissed;
-  const Depth again = tolerance < 0 ? Depth::kAll : Depth::kLeaves;
   int edges = 0;
-  Depth depth = first;
+  Depth depth = Depth::kMissed;
   double part = 1;
   bool arrived = false, untied = false;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
     Pass pass;
+    pass.tolerance = tolerance;
     pass.depth = step.arrives ? depth : Depth::kFar;
     pass.moved = step.arrives ? kNone : root;
-    pass.tolerance = tolerance;
     if (!arrived) pass.reach = kReach;
     Settled settled;
     const bool is_within = SettleSpan(root, step.T, pass, &settled);
@@ -168,7 +157,7 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     }
     part = 1;
     const bool comes_from_afar = !step.arrives || (turn > 0 && !arrived);
-    depth = settled.turn > still || comes_from_afar ? again : first;
+    depth = settled.turn > still || comes_from_afar ? Depth::kLeaves : Depth::kMissed;
     arrived = step.arrives;
     if (tolerance < 0 && settled.turn <= still && arrived) break;
   }

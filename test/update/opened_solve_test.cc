@@ -76,6 +76,18 @@ class OpenedSolveTest : public testing::Test {
     return report;
   }
 
+  // How often a solve of a graph whose closure gains without end has evaluated it.
+  template <typename Solver>
+  int EvaluationsOfEndless(const OptimizerOptions& options, const Solver& solve) {
+    PoseGraph<SE2> graph = Row(20, 0.05);
+    Add(5, 15, SE2(0, 10, 3), &graph);
+    int evaluations = 0;
+    UpdateFixture<SE2> update(graph, options, std::make_shared<EverLower>(&evaluations));
+    const Budget budget{UpdateLimits()};
+    solve(update.tools(), {budget, thresholds_, News(), 1e9});
+    return evaluations;
+  }
+
   const StressThresholds thresholds_ = StressThresholds::FromMean(1, 1e-4);
   std::atomic<bool> cancel_{false};
   std::unique_ptr<UpdateFixture<SE2>> update_;
@@ -109,13 +121,11 @@ TEST_F(OpenedSolveTest, EdgesThatStayTurnedFarAreFreedOfTheirChain) {
 
 // No limit of time cuts short that of an update.
 TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
-  PoseGraph<SE2> graph = Row(20, 0.05);
-  Add(5, 15, SE2(0, 10, 3), &graph);
-  int evaluations = 0;
-  UpdateFixture<SE2> update(graph, OptimizerOptions(), std::make_shared<EverLower>(&evaluations));
-  const Budget budget{UpdateLimits()};
   UpdateReport report;
-  SolveOpened(update.tools(), {budget, thresholds_, News(), 1e9}, 1e9, &report);
+  const int evaluations = EvaluationsOfEndless(
+      OptimizerOptions(), [&](const UpdateTools<SE2>& tools, const UpdatePlan& plan) {
+        SolveOpened(tools, plan, 1e9, &report);
+      });
   EXPECT_GT(report.cost_decrease, 0);
   EXPECT_GT(evaluations, 200);
   EXPECT_LT(evaluations, 1000);
@@ -123,26 +133,21 @@ TEST_F(OpenedSolveTest, EndsAfterSomeIterationsThoughItGains) {
 
 // Whole solves go on from there, with the chains linearized anew.
 TEST_F(OpenedSolveTest, AWholeSolveTakesAsManyBetweenTwoLinearizationsOfChains) {
-  PoseGraph<SE2> graph = Row(20, 0.05);
-  Add(5, 15, SE2(0, 10, 3), &graph);
-  int evaluations = 0;
-  UpdateFixture<SE2> update(graph, OptimizerOptions(), std::make_shared<EverLower>(&evaluations));
-  const Budget budget{UpdateLimits()};
   UpdateReport report;
-  SolveWholeGraph(update.tools(), {budget, thresholds_, News(), 1e9}, &report);
+  const int evaluations = EvaluationsOfEndless(
+      OptimizerOptions(), [&](const UpdateTools<SE2>& tools, const UpdatePlan& plan) {
+        SolveWholeGraph(tools, plan, &report);
+      });
   EXPECT_GT(evaluations, 1000);
 }
 
 // The paper's scheme optimizes the top fully, and no window after it gains as much.
 TEST_F(OpenedSolveTest, SoDoesTheTopOfAFixedSchedule) {
-  PoseGraph<SE2> graph = Row(20, 0.05);
-  Add(5, 15, SE2(0, 10, 3), &graph);
-  int evaluations = 0;
-  UpdateFixture<SE2> update(graph, OptimizerOptions::Paper(),
-                            std::make_shared<EverLower>(&evaluations));
-  const Budget budget{UpdateLimits()};
   UpdateReport report;
-  RunFixedSchedule(update.tools(), {budget, thresholds_, News(), 1e9}, kNone, &report);
+  const int evaluations = EvaluationsOfEndless(
+      OptimizerOptions::Paper(), [&](const UpdateTools<SE2>& tools, const UpdatePlan& plan) {
+        RunFixedSchedule(tools, plan, kNone, &report);
+      });
   EXPECT_EQ(report.top_solves, 1);
   EXPECT_GT(evaluations, 200);
   EXPECT_LT(evaluations, 1000);
