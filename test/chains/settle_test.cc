@@ -45,6 +45,13 @@ TYPED_TEST(SettleTest, TheWayCostsWhatBends) {
   EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 1), 1e-3), 3 * kEdges);
 }
 
+// At the end all leaves are looked at, but few of them miss anything.
+TYPED_TEST(SettleTest, TheEndCostsWhatMisses) {
+  constexpr int kEdges = 4096;
+  const Index root = this->Straight(kEdges);
+  EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 0.6), 1e-3), kEdges / 2);
+}
+
 // Each edge turns by 2 / 64 rad there.
 TYPED_TEST(SettleTest, AnArcIsReachedAtItsCost) {
   constexpr int kEdges = 64;
@@ -52,6 +59,19 @@ TYPED_TEST(SettleTest, AnArcIsReachedAtItsCost) {
   this->tree_.Settle(root, this->Arc(kEdges, 2), 1e-3);
   EXPECT_TRUE(this->tree_.TakeUnfit().empty());
   EXPECT_NEAR(this->tree_.Model(root).cost, 1e4 * 2 * 2 / kEdges, 1);
+}
+
+// Where edges turn by less than a hundredth of a rad, but all of them together by more than a
+// linearization reaches, the first step to the end leaves a part of the way, or a thousand times
+// the cost.
+TYPED_TEST(SettleTest, WhatComesFromAfarIsLookedAtAgain) {
+  const Index near = this->Straight(128);
+  this->tree_.Settle(near, this->Arc(128, 0.6), 1e-3);
+  EXPECT_NEAR(this->tree_.Model(near).cost, 1e4 * 0.6 * 0.6 / 128, 0.1);
+  EXPECT_TRUE(this->tree_.TakeUnfit().empty());
+  const Index far = this->Straight(2048);
+  this->tree_.Settle(far, this->Arc(2048, 0.7), 1e-3);
+  EXPECT_FALSE(this->tree_.TakeUnfit().empty()) << "it is to be cut";
 }
 
 }  // namespace
