@@ -138,8 +138,9 @@ class Optimizer {
   // make one update.
   UpdateReport Refine(const UpdateLimits& limits = {});
   // To the optimum now, by whatever is cheapest, for clients that ask once after many changes: the
-  // whole graph is solved, or windows alone where the limits have no time for that. Nothing is done
-  // where nothing has changed. at_rest: it is the optimum.
+  // whole graph is solved, or windows alone where the limits have no time for that, to be called
+  // again. Nothing is done where nothing has changed. at_rest: it is the optimum, or as near to it
+  // as Refine gets.
   UpdateReport Converge(const UpdateLimits& limits = {});
 
   // --- Asking. Poses cost O(levels) each.

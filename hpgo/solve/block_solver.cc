@@ -63,7 +63,7 @@ class BlockSolver : public SubproblemSolver<G> {
         summary.status = Status(StatusCode::kInterrupted, "cancelled");
         break;
       }
-      if (seconds() > options.max_seconds) break;
+      if (summary.iterations > 0 && seconds() > options.max_seconds) break;
       ++summary.iterations;
       const StepResult step = Step(cost, &damping, &summary);
       if (!(cost - step.cost > negligible(cost)) && step.promised > negligible(cost) &&

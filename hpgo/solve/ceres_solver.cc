@@ -36,8 +36,8 @@ class Watch final : public ceres::IterationCallback {
     }
     cancelled_ = options_.cancel != nullptr && *options_.cancel;
     accepted_ += summary.iteration > 0 && summary.step_is_successful;
-    const bool ended = accepted_ >= options_.max_iterations ||  //
-                       SecondsSince(begin_) > options_.max_seconds;
+    const bool ended = accepted_ >= options_.max_iterations ||
+                       (accepted_ > 0 && SecondsSince(begin_) > options_.max_seconds);
     return cancelled_ || ended ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
   bool cancelled() const { return cancelled_; }

@@ -154,7 +154,8 @@ SubproblemSummary FullSolve<G>::Minimize(int max_iterations, bool graduated) {
     const bool last = k + 1 == losses_.size();
     SubproblemOptions options;
     options.max_iterations = last ? max_iterations : std::min(max_iterations, kAnyIterations);
-    options.max_seconds = std::max(0.0, options_.max_seconds - SecondsSince(begin_));
+    options.max_seconds = options_.max_seconds - SecondsSince(begin_);
+    if (!(options.max_seconds > 0)) options.max_iterations = 0;
     // On the way an approximate optimum is enough.
     options.function_tolerance =
         last ? options_.function_tolerance : std::max(1e-3, options_.function_tolerance);

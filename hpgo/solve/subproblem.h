@@ -50,7 +50,7 @@ double CostAt(const Subproblem<G>& problem, const std::vector<G>& poses) {
 
 struct SubproblemOptions {
   int max_iterations = 1;
-  // Seconds of wall time; checked between iterations.
+  // Seconds of wall time; checked after each iteration, so that one is made in any.
   double max_seconds = 1e9;
   // Ends when an iteration's relative decrease of the cost falls below it.
   double function_tolerance = 1e-10;

@@ -12,8 +12,9 @@ void MergeDirty(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateRepor
   const Stopwatch watch(&report->merge_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   const auto goes_on = [&](std::size_t k) {
-    return plan.budget.IsUncapped() ? k % kMergesPerLookAtClock != 0 || !plan.budget.IsStopped()
-                                    : report->merged_edges < tools.options.max_merges;
+    if (!plan.budget.IsUncapped()) return report->merged_edges < tools.options.max_merges;
+    // A few are made in any time: what is dirty holds up the windows.
+    return report->merged_edges == 0 || k % kMergesPerLookAtClock != 0 || !plan.budget.IsStopped();
   };
   for (int l = 1; l < hierarchy.num_levels(); ++l) {
     Level<G>& level = hierarchy.mutable_level(l);

@@ -20,6 +20,14 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
+// What is disturbed is refined from the start.
+template <typename G>
+void Updater<G>::ResetDepth() {
+  depth_ = 1;
+  solved_at_depth_ = 0;
+  mean_at_depth_ = kInfinity;
+}
+
 template <typename G>
 UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limits,
                                 Gauge<G>* gauge) {
@@ -30,15 +38,15 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   }
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
-  if (!changes.empty() || gauge->is_due()) SetDepth(1);
-  double last_mean = kInfinity, cost = kInfinity;
+  if (!changes.empty() || gauge->is_due()) ResetDepth();
+  double cost = kInfinity;
   Changes left = changes;
   UpdateReport sum;
   do {
     if (solved_at_depth_ > kMostPasses * graph_.hierarchy().level(0).num_nodes) {
       // Windows that undo each other's work, or that are small beside what they belong to.
       const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
-      const bool ended = full.converged || !budget.IsStopped();
+      const bool ended = full.whole != WholeSolve::kCutShort;
       if (ended) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);
       sum.at_rest = full.report.status.ok() && ended;
@@ -57,10 +65,10 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     // Over all edges, those in chains among them: a sample's mean may be far above what is left.
     cost = CostOf(&graph_);
     if (graph_.num_edges() > 0 && std::isfinite(cost)) mean_.Set(cost / graph_.num_edges());
-    const bool gaining = last_mean - mean_.value() > kGainToGoDeeper * mean_.value();
-    last_mean = mean_.value();
+    const bool gaining = mean_at_depth_ - mean_.value() > kGainToGoDeeper * mean_.value();
+    mean_at_depth_ = mean_.value();
     const bool deeper = depth_ < kDeep || gaining;
-    if (deeper) SetDepth(kDeeper * depth_);
+    if (deeper) depth_ *= kDeeper;
     const StressThresholds thresholds = Thresholds(depth_);
     if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
     graph_.SettleAll();

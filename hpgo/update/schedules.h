@@ -61,8 +61,12 @@ template <typename G>
 void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max_seconds,
                  UpdateReport* report);
 
-// The whole graph over its kept nodes, to convergence: true if it got there.
+// How a solve of the whole graph ended: kStuck where it gains no more, or fails, above a minimum.
+enum class WholeSolve { kConverged, kStuck, kCutShort };
+
+// The whole graph over its kept nodes, to convergence. One iteration is made in any time.
 template <typename G>
-bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
+WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                           UpdateReport* report);
 
 }  // namespace hpgo

@@ -38,7 +38,7 @@ Updater<G>::Updater(const OptimizerOptions& options, CondensedGraph<G>* graph, L
 template <typename G>
 UpdateReport Updater<G>::Update(const Changes& changes, Mode mode, const UpdateLimits& limits,
                                 Gauge<G>* gauge) {
-  SetDepth(1);
+  ResetDepth();
   at_optimum_ = false;
   return Run(changes, mode, Budget(limits), depth_, gauge).report;
 }
@@ -86,7 +86,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     }
     MergeDirty(tools, plan, &report);
     if (mode == Mode::kFull) {
-      step.converged = SolveWholeGraph(tools, plan, &report);
+      step.whole = SolveWholeGraph(tools, plan, &report);
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
@@ -164,22 +164,25 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   const Changes none = Changes::None(changes.newest);
   // Changes are taken in whatever the budget says.
   const bool at_once = FitsWhole(changes, budget);
-  if (!at_once) sum = Update(changes, Mode::kPartial, limits, gauge);
+  const bool has_changes = !changes.empty() || gauge->is_due();
+  if (!at_once && has_changes) sum = Update(changes, Mode::kPartial, limits, gauge);
   sum.at_rest = false;  // that of an update is no optimum
-  const bool goes_on = sum.status.ok() && !budget.IsStopped();
+  const bool goes_on = !has_changes || (sum.status.ok() && !budget.IsStopped());
   if (at_once || (goes_on && FitsWhole(none, budget))) {
     const Changes& left = at_once ? changes : none;
-    SetDepth(1);
+    ResetDepth();
     const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
     Accumulate(full.report, &sum);
-    sum.at_rest = at_optimum_ = full.converged && full.report.status.ok();
+    sum.at_rest = at_optimum_ = full.whole == WholeSolve::kConverged && full.report.status.ok();
     if (!full.report.status.ok()) {  // the rest is done
       Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);
       sum.status = full.report.status;
       sum.at_rest = false;
     }
   } else if (goes_on) {
-    Accumulate(Refine(none, budget.Rest(), gauge), &sum);
+    const UpdateReport refined = Refine(none, budget.Rest(), gauge);
+    Accumulate(refined, &sum);
+    sum.at_rest = refined.at_rest;
   }
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.seconds = budget.SecondsSpent();

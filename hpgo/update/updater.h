@@ -1,6 +1,8 @@
 // An update, from what is new to a better estimate.
 #pragma once
 
+#include <limits>
+
 #include "hpgo/update/chi2_mean.h"
 #include "hpgo/update/gauge.h"
 #include "hpgo/update/options.h"
@@ -27,22 +29,19 @@ class Updater {
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.solved_at_depth_,
-            self.at_optimum_, self.newton_);
+            self.mean_at_depth_, self.at_optimum_, self.newton_);
   }
 
  private:
   struct Step {
     UpdateReport report;
-    bool converged = false;  // a solve of the whole graph
+    WholeSolve whole = WholeSolve::kStuck;  // of a full update
   };
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
   bool FitsWhole(const Changes& changes, const Budget& budget) const;
-  void SetDepth(double depth) {
-    depth_ = depth;
-    solved_at_depth_ = 0;
-  }
+  void ResetDepth();
   StressThresholds Thresholds(double depth) const;
   G PoseOf(Index node) const { return node == kNone ? G() : graph_.WorldPose(node); }
 
@@ -53,9 +52,11 @@ class Updater {
   Sweep sweep_;
   Chi2Mean mean_;
   SlicedNewton<G> newton_;
-  double depth_ = 1;  // Refine divides the stress threshold by it
-  // Nodes that Refine's windows have solved at this depth, in however many calls.
-  double solved_at_depth_ = 0;
+  // How far Refine has got, in however many calls: it divides the stress threshold by the depth. At
+  // this depth its windows have solved so many nodes; so much was the mean chi2 of all edges, those
+  // in chains among them, when it was last at rest.
+  double depth_ = 1, solved_at_depth_ = 0;
+  double mean_at_depth_ = std::numeric_limits<double>::infinity();
   bool at_optimum_ = false;  // since the last Converge, but for changes
 };
 

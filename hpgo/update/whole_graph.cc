@@ -105,32 +105,38 @@ void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max
 }
 
 template <typename G>
-bool SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report) {
+WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                           UpdateReport* report) {
   const Stopwatch watch(&report->window_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   int iterations = kFullIterations;
-  for (int turn = 0; turn < kFullTurns && !plan.budget.IsStopped(); ++turn) {
+  for (int turn = 0; turn < kFullTurns; ++turn) {
+    if (turn == 0 ? plan.budget.IsCancelled() : plan.budget.IsStopped()) {
+      return WholeSolve::kCutShort;
+    }
     if (turn > 0) tools.graph.SettleAll();
-    if (!tools.step.window().BuildWhole(0, &hierarchy)) return true;
+    if (!tools.step.window().BuildWhole(0, &hierarchy)) return WholeSolve::kConverged;
     ++report->windows;
     const StepResult step =
         tools.step.Solve(iterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
     Note(step, report);
-    if (!step.status.ok()) return false;
+    if (!step.status.ok()) return WholeSolve::kStuck;
     if (step.decrease > kFullStandstill * step.initial_cost) {
       iterations = std::min(2 * iterations, kFullIterations);
-    } else if (step.converged || iterations == 1) {
-      return step.converged;
+    } else if (step.converged) {
+      return WholeSolve::kConverged;
+    } else if (iterations == 1) {
+      return WholeSolve::kStuck;
     } else {
       iterations = 1;  // chains bend less on the way
     }
   }
-  return false;
+  return WholeSolve::kStuck;
 }
 
 #define HPGO_INSTANTIATE(G)                                                                   \
   template void SolveOpened(const UpdateTools<G>&, const UpdatePlan&, double, UpdateReport*); \
-  template bool SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
+  template WholeSolve SolveWholeGraph(const UpdateTools<G>&, const UpdatePlan&, UpdateReport*);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)
 HPGO_INSTANTIATE(YawPose)

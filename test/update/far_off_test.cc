@@ -75,16 +75,16 @@ TEST(FarOffTest, BatchesEndWhereFullOptimizationDoes) {
   }
 }
 
-// All of them in slices of time that are far too short: the end is that of a full optimization from
-// the same start, dead reckoning, a minimum above the lowest.
+// All of them in slices that have no time: the end is that of a full optimization from the same
+// start, dead reckoning, a minimum above the lowest.
 TEST(FarOffTest, SlicesOfRefineEndWhereFullOptimizationDoes) {
   const PoseGraph<SE3> graph = DriftingCity();
   Optimizer<SE3> optimizer;
   BringAll(graph, &optimizer);
   UpdateLimits limits;
-  limits.max_cpu_seconds = 0.01;
+  limits.max_cpu_seconds = 1e-9;
   UpdateReport report;
-  for (int slice = 0; slice < 5000 && !report.at_rest; ++slice) {
+  for (int slice = 0; slice < 1000 && !report.at_rest; ++slice) {
     report = optimizer.Refine(limits);
     ASSERT_TRUE(report.status.ok());
   }

@@ -1,0 +1,84 @@
+// Calls that have no time at all: each makes a little progress whatever the machine, so that calls
+// one after the other end where one without a limit does.
+
+#include "gtest/gtest.h"
+#include "hpgo/generate/synthetic_graph.h"
+#include "hpgo/replay.h"
+#include "hpgo/solve/full_solve.h"
+
+namespace hpgo {
+namespace {
+
+constexpr double kNoTime = 1e-9;  // s
+constexpr int kManyCalls = 2000;
+
+template <typename G>
+class ShortTimeTest : public testing::Test {
+ protected:
+  static PoseGraph<G> Graph(World world, int nodes) {
+    GenerateOptions generate;
+    generate.world = world;
+    generate.nodes = nodes;
+    return GenerateGraph<G>(generate)->graph;
+  }
+  static void BringAll(const PoseGraph<G>& graph, Optimizer<G>* optimizer) {
+    for (const ReplayStep& step : ReplaySteps(graph)) {
+      ASSERT_TRUE(ApplyStep<G>(graph, step, nullptr, optimizer).ok());
+    }
+  }
+  static double OptimumOf(PoseGraph<G> graph) {
+    const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
+    EXPECT_TRUE(report.converged);
+    return report.cost_after;
+  }
+  // Until `call` is at rest, how often it was made.
+  template <typename Call>
+  static int CallsToRest(const Call& call) {
+    UpdateLimits limits;
+    limits.max_cpu_seconds = kNoTime;
+    int calls = 0;
+    UpdateReport report;
+    while (!report.at_rest && calls < kManyCalls) {
+      ++calls;
+      report = call(limits);
+      EXPECT_TRUE(report.status.ok()) << report.status.ToString();
+    }
+    EXPECT_TRUE(report.at_rest);
+    return calls;
+  }
+};
+
+using Groups = testing::Types<SE2, SE3>;
+TYPED_TEST_SUITE(ShortTimeTest, Groups);
+
+TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
+  for (const Engine engine : {Engine::kBlock, Engine::kCeres}) {
+    for (const World world : {World::kManhattan, World::kCity}) {
+      SCOPED_TRACE(testing::Message() << static_cast<int>(engine) << static_cast<int>(world));
+      const PoseGraph<TypeParam> graph = this->Graph(world, 600);
+      const double optimum = this->OptimumOf(graph);
+      OptimizerOptions options;
+      options.engine = engine;
+      for (const bool converge : {false, true}) {
+        Optimizer<TypeParam> optimizer(options);
+        this->BringAll(graph, &optimizer);
+        const int calls = this->CallsToRest([&](const UpdateLimits& limits) {
+          return converge ? optimizer.Converge(limits) : optimizer.Refine(limits);
+        });
+        EXPECT_GT(calls, 3);
+        EXPECT_LE(optimizer.Cost(), 1.00001 * optimum);
+      }
+    }
+  }
+}
+
+TYPED_TEST(ShortTimeTest, UpdatesComeToRest) {
+  const PoseGraph<TypeParam> graph = this->Graph(World::kManhattan, 1000);
+  Optimizer<TypeParam> optimizer;
+  this->BringAll(graph, &optimizer);
+  this->CallsToRest([&](const UpdateLimits& limits) { return optimizer.Update(limits); });
+  EXPECT_LE(optimizer.Cost(), 1.01 * this->OptimumOf(graph));
+}
+
+}  // namespace
+}  // namespace hpgo
