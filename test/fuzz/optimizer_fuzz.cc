@@ -14,45 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "ceres/loss_function.h"
 #include "ceres/sized_cost_function.h"
 #include "hpgo/optimizer.h"
 #include "test/fuzz/require.h"
+#include "test/fuzz/values.h"
 
 namespace hpgo {
 namespace {
-
-// What is left of the input; zeros after its end.
-class Bytes {
- public:
-  Bytes(const std::uint8_t* data, std::size_t size) : next_(data), end_(data + size) {}
-  bool empty() const { return next_ == end_; }
-  std::uint8_t Byte() { return empty() ? 0 : *next_++; }
-  int Below(int n) { return Byte() % n; }
-  // Mostly tame.
-  double Number() {
-    constexpr double kOdd[] = {0,      std::numeric_limits<double>::quiet_NaN(),
-                               1e300,  std::numeric_limits<double>::infinity(),
-                               -1e300, -std::numeric_limits<double>::infinity(),
-                               1e-310, 1e40,
-                               1e-40,  -1e10,
-                               1e-12,  M_PI,
-                               -M_PI,  M_PI / 2,
-                               1e6,    -1e-6};
-    const std::uint8_t byte = Byte();
-    if (byte < 240) return (byte - 120) / 30.;
-    const double odd = kOdd[byte - 240];
-    wild_ |= std::abs(odd) > 10 || (odd != 0 && std::abs(odd) < 1e-3);
-    return odd;
-  }
-  // Whether a number was so large or small that rounding may be all there is.
-  bool wild() const { return wild_; }
-
- private:
-  const std::uint8_t* next_;
-  const std::uint8_t* end_;
-  bool wild_ = false;
-};
 
 // |p_i - p_j| - distance; fails where the points are close, or in the frame of the world.
 template <typename G>
@@ -83,7 +51,7 @@ class Calls {
  public:
   using Matrix = typename G::Matrix;
 
-  explicit Calls(Bytes* bytes) : bytes_(*bytes), optimizer_(Options()) {}
+  explicit Calls(Bytes* bytes) : bytes_(*bytes), values_(bytes), optimizer_(values_.Options()) {}
 
   void Run() {
     constexpr int kMostCalls = 120;
@@ -102,67 +70,11 @@ class Calls {
   }
 
  private:
-  OptimizerOptions Options() {
-    OptimizerOptions options;
-    options.max_group_size = 2 + bytes_.Below(3);
-    options.max_top_nodes = 3 + bytes_.Below(8);
-    options.condense_chains = bytes_.Below(5) > 0;
-    options.window_nodes = 4 + bytes_.Below(40);
-    options.window_edges = 8 + bytes_.Below(60);
-    options.max_windows = 1 + bytes_.Below(6);
-    const int kind = bytes_.Byte();
-    options.engine = kind % 5 == 0 ? Engine::kCeres : Engine::kBlock;
-    options.coarse_edges = kind % 7 == 0 ? CoarseEdges::kCondensed : CoarseEdges::kGalerkin;
-    options.schedule = static_cast<Schedule>(kind % 11 == 0 ? 1 + kind % 2 : 0);
-    options.convention = static_cast<ceres_costs::ErrorConvention>(kind % 3);
-    return options;
-  }
-
-  // --- Values.
+  // --- Arguments.
   NodeId AnyId() { return bytes_.Below(32); }
   EdgeId AnyEdge() {
     if (edges_.empty() || bytes_.Below(16) == 0) return EdgeId{bytes_.Below(64) - 1};
     return edges_[static_cast<std::size_t>(bytes_.Byte()) % edges_.size()];
-  }
-  G Pose() {
-    double numbers[G::kParams];
-    for (double& number : numbers) number = bytes_.Number();
-    if (G::kDim == 3) numbers[G::kParams - 1] += 1;  // turns of less than half a turn mostly
-    return G(numbers);
-  }
-  Matrix Information() {
-    Matrix information = Matrix::Identity();
-    const int kind = bytes_.Below(6);
-    if (kind < 3) return information * std::abs(bytes_.Number());
-    if (kind == 3) {
-      for (int k = 0; k < G::kDof; ++k) information(k, k) = bytes_.Number();
-    }
-    if (kind >= 4) {  // of a rank that the bytes say
-      information.setZero();
-      for (int rank = bytes_.Below(4); rank >= 0; --rank) {
-        typename G::Tangent v;
-        for (int k = 0; k < G::kDof; ++k) v(k) = bytes_.Number();
-        information += v * v.transpose();
-      }
-    }
-    if (kind == 5) {
-      information(0, 1) += bytes_.Number();
-      information(1, 0) = information(0, 1);
-    }
-    return information;
-  }
-  typename Optimizer<G>::Loss Loss() {
-    const double scale = 0.1 + bytes_.Below(40) / 10.;
-    switch (bytes_.Below(8)) {
-      case 0:
-        return std::make_shared<ceres::HuberLoss>(scale);
-      case 1:
-        return std::make_shared<ceres::CauchyLoss>(scale);
-      case 2:
-        return std::make_shared<ceres::TukeyLoss>(scale);
-      default:
-        return nullptr;
-    }
   }
   UpdateLimits Limits() {
     constexpr double kSeconds[] = {0, 0, 0, 1e-9, 1e-4, -1, 1e-3, 0};
@@ -195,14 +107,15 @@ class Calls {
       case 6:
         return AddEdge();
       case 7:
-        return Note(optimizer_.AddPrior(AnyId(), Pose(), Information(),
-                                        bytes_.Below(2) == 0 ? G() : Pose(), Loss()));
+        return Note(optimizer_.AddPrior(AnyId(), values_.Pose(), values_.Information(),
+                                        bytes_.Below(2) == 0 ? G() : values_.Pose(),
+                                        values_.Loss()));
       case 8:
         return Note(optimizer_.AddCustomEdge(
-            AnyId(), AnyId(), std::make_shared<Distance<G>>(std::abs(bytes_.Number())), Pose(),
-            Information(), Loss()));
+            AnyId(), AnyId(), std::make_shared<Distance<G>>(std::abs(bytes_.Number())),
+            values_.Pose(), values_.Information(), values_.Loss()));
       case 9:
-        return Note(optimizer_.UpdateEdge(AnyEdge(), Pose(), Information()));
+        return Note(optimizer_.UpdateEdge(AnyEdge(), values_.Pose(), values_.Information()));
       case 10:
         return Note(optimizer_.RemoveEdge(AnyEdge()));
       case 11:
@@ -211,7 +124,7 @@ class Calls {
       case 12:
         return Note(optimizer_.SetFixed(AnyId(), bytes_.Below(2) == 0));
       case 13:
-        return Note(optimizer_.SetPose(AnyId(), Pose()));
+        return Note(optimizer_.SetPose(AnyId(), values_.Pose()));
       case 14:
         return Moved();
       case 15: {
@@ -237,16 +150,19 @@ class Calls {
   // In one of two: where the edges of a chain would have it.
   void AddNode() {
     const NodeId id = AnyId(), from = AnyId();
-    const G step = Pose();
+    const G step = values_.Pose();
     const Result<G> at = optimizer_.GetPose(from);
     grouped_ = false;
     Note(optimizer_.AddNode(id, at.ok() ? *at * step : step));
     if (at.ok() && !refused_) {
-      Note(optimizer_.AddEdge(from, id, step, Information(), Loss()));
+      Note(optimizer_.AddEdge(from, id, step, values_.Information(), values_.Loss()));
       refused_ = false;  // the node is there
     }
   }
-  void AddEdge() { Note(optimizer_.AddEdge(AnyId(), AnyId(), Pose(), Information(), Loss())); }
+  void AddEdge() {
+    Note(optimizer_.AddEdge(AnyId(), AnyId(), values_.Pose(), values_.Information(),
+                            values_.Loss()));
+  }
   void AddGraph() {
     PoseGraph<G> graph;
     const int nodes = 1 + bytes_.Below(4);
@@ -254,7 +170,7 @@ class Calls {
       GraphNode<G> node;
       node.id = AnyId();
       node.has_pose = bytes_.Below(2) == 0;
-      node.pose = Pose();
+      node.pose = values_.Pose();
       node.fixed = bytes_.Below(8) == 0;
       (void)graph.AddNode(node);
     }
@@ -262,8 +178,8 @@ class Calls {
       GraphEdge<G> edge;
       edge.i = bytes_.Below(nodes);
       edge.j = bytes_.Below(nodes);
-      edge.measurement = Pose();
-      edge.information = Information();
+      edge.measurement = values_.Pose();
+      edge.information = values_.Information();
       (void)graph.AddEdge(edge);
     }
     grouped_ = false;
@@ -313,6 +229,7 @@ class Calls {
   }
 
   Bytes& bytes_;
+  Values<G> values_;
   Optimizer<G> optimizer_;
   std::vector<EdgeId> edges_;
   std::atomic<bool> cancel_{false};
