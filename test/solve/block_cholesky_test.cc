@@ -4,49 +4,15 @@
 #include <cmath>
 #include <limits>
 #include <random>
-#include <set>
+#include <vector>
 
 #include "Eigen/Cholesky"
 #include "Eigen/Eigenvalues"
+#include "block_patterns.h"
 #include "gtest/gtest.h"
 
 namespace hpgo {
 namespace {
-
-using Pairs = std::vector<std::pair<int, int>>;
-
-Pairs Chain(int n) {
-  Pairs pairs;
-  for (int i = 1; i < n; ++i) pairs.emplace_back(i - 1, i);
-  return pairs;
-}
-
-Pairs Star(int n, int centre) {
-  Pairs pairs;
-  for (int i = 0; i < n; ++i) {
-    if (i != centre) pairs.emplace_back(i, centre);
-  }
-  return pairs;
-}
-
-Pairs Complete(int n) {
-  Pairs pairs;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < i; ++j) pairs.emplace_back(i, j);
-  }
-  return pairs;
-}
-
-Pairs Grid(int rows, int cols) {
-  Pairs pairs;
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < cols; ++c) {
-      if (c > 0) pairs.emplace_back(r * cols + c, r * cols + c - 1);
-      if (r > 0) pairs.emplace_back((r - 1) * cols + c, r * cols + c);
-    }
-  }
-  return pairs;
-}
 
 template <int kBlock>
 struct Traits {
@@ -64,18 +30,6 @@ class BlockCholeskyTest : public testing::Test {
     Block block;
     for (int k = 0; k < block.size(); ++k) block.data()[k] = uniform(rng_);
     return block;
-  }
-
-  // Distinct pairs in any order and direction.
-  Pairs RandomPairs(int n, int count) {
-    std::set<std::pair<int, int>> seen;
-    Pairs pairs;
-    std::uniform_int_distribution<int> node(0, n - 1);
-    for (int trial = 0; trial < count; ++trial) {
-      const int i = node(rng_), j = node(rng_);
-      if (i != j && seen.insert(std::minmax(i, j)).second) pairs.emplace_back(i, j);
-    }
-    return pairs;
   }
 
   // Analyzes, fills with random values and returns the dense matrix. As a sum of one square a pair
@@ -176,7 +130,7 @@ TYPED_TEST(BlockCholeskyTest, SolvesRandomPatternsWithOneObject) {
   std::uniform_real_distribution<double> density(0, 4);
   for (int trial = 0; trial < 60; ++trial) {
     const int n = size(this->rng_);
-    this->Check(n, this->RandomPairs(n, static_cast<int>(density(this->rng_) * n)));
+    this->Check(n, RandomPairs(n, static_cast<int>(density(this->rng_) * n), &this->rng_));
     if (testing::Test::HasFailure()) return;
   }
 }
@@ -199,7 +153,7 @@ TYPED_TEST(BlockCholeskyTest, AnalyzeAndSetZeroForgetTheValues) {
 }
 
 TYPED_TEST(BlockCholeskyTest, TheSameMatrixGivesTheSameBits) {
-  const Pairs pairs = this->RandomPairs(40, 120);
+  const Pairs pairs = RandomPairs(40, 120, &this->rng_);
   BlockCholesky<TypeParam::kSize> other;
   this->Check(25, Complete(25));  // leaves its workspace behind
   this->rng_.seed(8);
@@ -258,7 +212,8 @@ TYPED_TEST(BlockCholeskyTest, AnIndefiniteMatrixIsRefused) {
   constexpr int kBlock = TypeParam::kSize;
   for (int trial = 0; trial < 40; ++trial) {
     const int n = 1 + trial;
-    const Eigen::MatrixXd dense = this->Fill(n, this->RandomPairs(n, 2 * n), &this->cholesky_);
+    const Eigen::MatrixXd dense =
+        this->Fill(n, RandomPairs(n, 2 * n, &this->rng_), &this->cholesky_);
     ASSERT_TRUE(this->cholesky_.Factor(0));
     // A shift of one block past its Schur complement: one eigenvalue falls below zero.
     const double smallest = 1 / dense.inverse()(0, 0);
