@@ -33,8 +33,9 @@ template <typename G>
 std::vector<Index> SeedsOnLevel(int l, const UpdateTools<G>& tools, const News& news,
                                 Index newest) {
   if (tools.options.schedule == Schedule::kNewEdges) return GroupsOfNews(l, tools, news);
-  if (newest == kNone) return {};
-  return {tools.graph.hierarchy().Ancestor(tools.graph.LevelNodeOf(newest), l)};
+  const Index kept = newest == kNone ? kNone : tools.graph.KeptNear(newest);
+  if (kept == kNone) return {};
+  return {tools.graph.hierarchy().Ancestor(tools.graph.LevelNodeOf(kept), l)};
 }
 
 }  // namespace

@@ -38,7 +38,9 @@ class Robot {
     options.max_top_nodes = 3 + Below(8);
     options.condense_chains = Chance(0.8);
     options.coarse_edges = Chance(0.2) ? CoarseEdges::kCondensed : CoarseEdges::kGalerkin;
-    options.schedule = Chance(0.8) ? Schedule::kStress : Schedule::kNewEdges;
+    options.schedule = Chance(0.8)   ? Schedule::kStress
+                       : Chance(0.5) ? Schedule::kNewEdges
+                                     : Schedule::kNewestNode;
     options.window_nodes = 8 + Below(30);
     options.max_windows = 1 + Below(4);
     options.max_examined = 1 + Below(50);

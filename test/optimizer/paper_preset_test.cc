@@ -82,5 +82,22 @@ TYPED_TEST(PaperPresetTest, AClosureThatComesWithANewLevelIsNotLost) {
   EXPECT_LT(optimizer.Cost() - optimum, 0.1 * (before - optimum));
 }
 
+// The newest node may hang free, or be inside a chain.
+TYPED_TEST(PaperPresetTest, ItsScheduleDoesWithChains) {
+  using G = TypeParam;
+  OptimizerOptions options;
+  options.schedule = Schedule::kNewestNode;
+  options.max_top_nodes = 5;
+  Optimizer<G> optimizer(options);
+  const PoseGraph<G> graph = this->Manhattan(100);
+  for (const ReplayStep& step : ReplaySteps(graph)) {
+    ASSERT_TRUE(ApplyStep<G>(graph, step, nullptr, &optimizer).ok());
+    ASSERT_TRUE(optimizer.Update().status.ok());
+  }
+  ASSERT_TRUE(optimizer.AddNode(1000, G()).ok());  // without any edge
+  ASSERT_TRUE(optimizer.Update().status.ok());
+  EXPECT_LT(Gap(optimizer), 0.2);
+}
+
 }  // namespace
 }  // namespace hpgo
