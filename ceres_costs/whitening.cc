@@ -7,7 +7,7 @@
 #include <string>
 
 #include "Eigen/Cholesky"
-#include "Eigen/Eigenvalues"
+#include "ceres_costs/symmetric_eigen.h"
 
 namespace ceres_costs {
 namespace {
@@ -20,12 +20,6 @@ using SquareMatrix = Eigen::Matrix<double, N, N>;
 template <int N>
 bool UpperTriangleIsFinite(const SquareMatrix<N>& m) {
   return SquareMatrix<N>(m.template triangularView<Eigen::Upper>()).allFinite();
-}
-
-// Eigen's decompositions read the lower triangle.
-template <int N>
-Eigen::SelfAdjointEigenSolver<SquareMatrix<N>> Decompose(const SquareMatrix<N>& m, int options) {
-  return Eigen::SelfAdjointEigenSolver<SquareMatrix<N>>(m.transpose(), options);
 }
 
 template <int N>
@@ -105,7 +99,8 @@ EigenvalueRange InformationEigenvalues(const Eigen::Matrix<double, N, N>& inform
     const double nan = std::numeric_limits<double>::quiet_NaN();
     return {nan, nan};
   }
-  const auto values = Decompose<N>(information, Eigen::EigenvaluesOnly).eigenvalues();
+  // The decomposition reads the lower triangle.
+  const auto values = EigenvaluesOf<N>(information.transpose());
   return {values(0), values(N - 1)};
 }
 
@@ -121,27 +116,25 @@ bool WhitenInformation(const Eigen::Matrix<double, N, N>& information,
   // Scaled, so that the digits of weak directions do not drown in those of strong ones.
   const UnitDiagonal<N> unit = ScaleToUnitDiagonal<N>(information, kInformationTolerance);
   if (unit.indefinite) return false;
-  const auto eigen = Decompose<N>(unit.matrix, Eigen::ComputeEigenvectors);
-  if (eigen.eigenvalues()(0) < -kInformationTolerance) return false;
-  const double noise = N * std::numeric_limits<double>::epsilon() * eigen.eigenvalues()(N - 1);
+  const auto eigen = EigenOf<N>(unit.matrix.transpose());
+  if (eigen.values(0) < -kInformationTolerance) return false;
+  const double noise = N * std::numeric_limits<double>::epsilon() * eigen.values(N - 1);
   Eigen::Matrix<double, N, 1> roots;
   for (int k = 0; k < N; ++k) {
-    const double value = eigen.eigenvalues()(k);
+    const double value = eigen.values(k);
     roots(k) = value > noise ? std::sqrt(value) : 0;
   }
-  *W = roots.asDiagonal() * eigen.eigenvectors().transpose() * unit.scale.asDiagonal();
+  *W = roots.asDiagonal() * eigen.vectors.transpose() * unit.scale.asDiagonal();
   return true;
 }
 
 template <int N>
 Eigen::Matrix<double, N, N> ProjectInformation(const Eigen::Matrix<double, N, N>& information) {
-  const auto eigen = Decompose<N>(information, Eigen::ComputeEigenvectors);
-  const double largest = eigen.eigenvalues()(N - 1);
+  const auto eigen = EigenOf<N>(information.transpose());
+  const double largest = eigen.values(N - 1);
   if (largest <= 0) return SquareMatrix<N>::Zero();
-  const Eigen::Matrix<double, N, 1> values =
-      eigen.eigenvalues().cwiseMax(kProjectionFloor * largest);
-  const SquareMatrix<N> m =
-      eigen.eigenvectors() * values.asDiagonal() * eigen.eigenvectors().transpose();
+  const Eigen::Matrix<double, N, 1> values = eigen.values.cwiseMax(kProjectionFloor * largest);
+  const SquareMatrix<N> m = eigen.vectors * values.asDiagonal() * eigen.vectors.transpose();
   return 0.5 * (m + m.transpose());
 }
 

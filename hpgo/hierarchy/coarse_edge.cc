@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "Eigen/Eigenvalues"
+#include "ceres_costs/symmetric_eigen.h"
 #include "hpgo/hierarchy/hierarchy.h"
 
 namespace hpgo {
@@ -69,22 +69,21 @@ typename G::Tangent SemiDefiniteInverse<G>::Times(const Tangent& b) const {
   const Tangent c = scale_.cwiseProduct(b);
   if (definite_) return scale_.cwiseProduct(llt_.solve(c));
   if (!S_.allFinite()) return Tangent::Zero();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S_);
-  const Tangent values = eigen.eigenvalues();
-  Tangent y = eigen.eigenvectors().transpose() * c;
+  const auto eigen = ceres_costs::EigenOf<G::kDof>(S_);
+  Tangent y = eigen.vectors.transpose() * c;
   for (int i = 0; i < G::kDof; ++i) {
-    y(i) = values(i) > 1e-11 * values(G::kDof - 1) ? y(i) / values(i) : 0;
+    y(i) = eigen.values(i) > 1e-11 * eigen.values(G::kDof - 1) ? y(i) / eigen.values(i) : 0;
   }
-  return scale_.cwiseProduct(eigen.eigenvectors() * y);
+  return scale_.cwiseProduct(eigen.vectors * y);
 }
 
 template <typename G>
 typename G::Matrix SemiDefiniteInverse<G>::Root() const {
   if (!S_.allFinite()) return Matrix::Zero();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(S_);
-  const Tangent roots = eigen.eigenvalues().cwiseMax(0).cwiseSqrt();
+  const auto eigen = ceres_costs::EigenOf<G::kDof>(S_);
+  const Tangent roots = eigen.values.cwiseMax(0).cwiseSqrt();
   const Tangent unscaled = (scale_.array() > 0).select(scale_.cwiseInverse(), 0);
-  return roots.asDiagonal() * eigen.eigenvectors().transpose() * unscaled.asDiagonal();
+  return roots.asDiagonal() * eigen.vectors.transpose() * unscaled.asDiagonal();
 }
 
 template <typename G>

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "Eigen/Eigenvalues"
 #include "Eigen/Geometry"
+#include "ceres_costs/symmetric_eigen.h"
 
 namespace hpgo {
 namespace {
@@ -46,11 +46,10 @@ PlotView PlotView::Of(const PlotGraph& graph) {
   const Eigen::Vector3d side = up.unitOrthogonal();
   Eigen::Matrix<double, 3, 2> ground;
   ground << side, up.cross(side);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(ground.transpose() * covariance *
-                                                            ground);
-  Eigen::Vector2d main = axes.eigenvectors().col(1);
+  const auto axes = ceres_costs::EigenOf<2>(ground.transpose() * covariance * ground);
+  Eigen::Vector2d main = axes.vectors.col(1);
   // Equally wide both ways (a sphere, a grid): the axes say nothing, so keep to the world's.
-  if (axes.eigenvalues()[1] < 1.5 * axes.eigenvalues()[0]) main = Eigen::Vector2d::UnitX();
+  if (axes.values[1] < 1.5 * axes.values[0]) main = Eigen::Vector2d::UnitX();
   // An eigenvector's sign is arbitrary; make it repeatable.
   if (main.x() < 0 || (main.x() == 0 && main.y() < 0)) main = -main;
   const Eigen::Vector3d right = Eigen::AngleAxisd(kTurn, up) * (ground * main);

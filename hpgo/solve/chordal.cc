@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
-#include "Eigen/Eigenvalues"
 #include "ceres_costs/relative_pose_error.h"
+#include "ceres_costs/symmetric_eigen.h"
 #include "hpgo/solve/chordal_system.h"
 #include "hpgo/solve/initial_guess_rotation.h"
 
@@ -22,14 +22,13 @@ constexpr double kWeightFloor = 1e-9;
 template <typename G>
 double RotationWeight(const typename G::Matrix& information) {
   constexpr int d = G::kDim, r = G::kRotationDof;
-  const Eigen::SelfAdjointEigenSolver<typename G::RotationMatrix> translational(
-      information.template topLeftCorner<d, d>());
+  const auto translational = ceres_costs::EigenOf<d>(information.template topLeftCorner<d, d>());
   const Eigen::Matrix<double, d, r> coupling =
-      translational.eigenvectors().transpose() * information.template topRightCorner<d, r>();
+      translational.vectors.transpose() * information.template topRightCorner<d, r>();
   double trace = information.template bottomRightCorner<r, r>().trace();
   for (int k = 0; k < d; ++k) {
-    const double value = translational.eigenvalues()(k);
-    if (value > 1e-12 * translational.eigenvalues()(d - 1)) {
+    const double value = translational.values(k);
+    if (value > 1e-12 * translational.values(d - 1)) {
       trace -= coupling.row(k).squaredNorm() / value;
     }
   }

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <utility>
 
-#include "Eigen/Eigenvalues"
+#include "ceres_costs/symmetric_eigen.h"
 #include "hpgo/graph/components.h"
 #include "hpgo/solve/chordal.h"
 #include "hpgo/solve/initial_guess_rotation.h"
@@ -32,9 +32,9 @@ constexpr double kTie = 1e-6;
 
 template <typename G>
 bool MeasuresPosition(const GraphPrior<G>& prior) {
-  const Eigen::SelfAdjointEigenSolver<typename G::RotationMatrix> solver(
-      prior.information.template topLeftCorner<G::kDim, G::kDim>(), Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()(0) > 1e-12 * solver.eigenvalues()(G::kDim - 1);
+  const auto values = ceres_costs::EigenvaluesOf<G::kDim>(
+      prior.information.template topLeftCorner<G::kDim, G::kDim>());
+  return values(0) > 1e-12 * values(G::kDim - 1);
 }
 
 // The rigid motion that brings the points `from` nearest to `to` (Kabsch).

@@ -7,8 +7,8 @@
 #include <queue>
 #include <utility>
 
-#include "Eigen/Eigenvalues"
 #include "Eigen/LU"
+#include "ceres_costs/symmetric_eigen.h"
 #include "hpgo/graph/edge_classes.h"
 
 namespace hpgo {
@@ -41,9 +41,8 @@ Incidence MakeIncidence(const PoseGraph<G>& graph) {
 
 template <typename G>
 bool HasFullRank(const typename G::Matrix& information) {
-  const Eigen::SelfAdjointEigenSolver<typename G::Matrix> solver(information,
-                                                                 Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()(0) > 1e-12 * solver.eigenvalues()(G::kDof - 1);
+  const auto values = ceres_costs::EigenvaluesOf<G::kDof>(information);
+  return values(0) > 1e-12 * values(G::kDof - 1);
 }
 
 }  // namespace
