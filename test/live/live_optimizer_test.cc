@@ -113,11 +113,15 @@ TEST(LiveOptimizerTest, ReadersSeeAConsistentMapWhileItIsSolved) {
 
 TEST(LiveOptimizerTest, IdleTimeGoesIntoRefine) {
   const PoseGraph<SE2> graph = MakeWorld(World::kManhattan, 800);
-  LiveOptimizer<SE2> live;
-  Feed(graph, &live);
-  live.WaitUntilIdle();
-  EXPECT_TRUE(live.Latest()->report.at_rest);
-  live.Run([](Optimizer<SE2>* optimizer) { EXPECT_LT(Gap(*optimizer), 1e-4); }).get();
+  for (const double slice : {LiveOptions().refine_seconds, 1e-9}) {  // any length will do
+    LiveOptions options;
+    options.refine_seconds = slice;
+    LiveOptimizer<SE2> live(options);
+    Feed(graph, &live);
+    live.WaitUntilIdle();
+    EXPECT_TRUE(live.Latest()->report.at_rest);
+    live.Run([](Optimizer<SE2>* optimizer) { EXPECT_LT(Gap(*optimizer), 1e-4); }).get();
+  }
 }
 
 // Runs something, and stops the worker then, until Release.

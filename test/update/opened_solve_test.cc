@@ -28,18 +28,20 @@ class Canceller : public ceres::LossFunction {
   std::atomic<bool>* cancel_;
 };
 
-// Costs less whenever it is evaluated: there is no end to what it gains.
-class EverLower : public ceres::LossFunction {
+// Whenever it is evaluated it costs so many times as much: there is no end to what it gains, or
+// none to gain.
+class EverOther : public ceres::LossFunction {
  public:
-  explicit EverLower(int* evaluations) : evaluations_(evaluations) {}
+  EverOther(double factor, int* evaluations) : factor_(factor), evaluations_(evaluations) {}
   void Evaluate(double s, double rho[3]) const override {
-    const double scale = std::pow(0.99, ++*evaluations_);
+    const double scale = std::pow(factor_, ++*evaluations_);
     rho[0] = scale * s;
     rho[1] = scale;
     rho[2] = 0;
   }
 
  private:
+  const double factor_;
   int* evaluations_;
 };
 
@@ -82,7 +84,7 @@ class OpenedSolveTest : public testing::Test {
     PoseGraph<SE2> graph = Row(20, 0.05);
     Add(5, 15, SE2(0, 10, 3), &graph);
     int evaluations = 0;
-    UpdateFixture<SE2> update(graph, options, std::make_shared<EverLower>(&evaluations));
+    UpdateFixture<SE2> update(graph, options, std::make_shared<EverOther>(0.99, &evaluations));
     const Budget budget{UpdateLimits()};
     solve(update.tools(), {budget, thresholds_, News(), 1e9});
     return evaluations;
@@ -151,6 +153,25 @@ TEST_F(OpenedSolveTest, SoDoesTheTopOfAFixedSchedule) {
   EXPECT_EQ(report.top_solves, 1);
   EXPECT_GT(evaluations, 200);
   EXPECT_LT(evaluations, 1000);
+}
+
+// One that gains nothing is not cut short, however little time there is: it would be tried again
+// for ever.
+TEST_F(OpenedSolveTest, AWholeSolveWithoutTimeTellsThatItIsStuck) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  for (const double factor : {0.99, 1e3}) {
+    int evaluations = 0;
+    UpdateFixture<SE2> update(graph, OptimizerOptions(),
+                              std::make_shared<EverOther>(factor, &evaluations));
+    UpdateLimits limits;
+    limits.max_seconds = 1e-9;
+    const Budget budget(limits);
+    UpdateReport report;
+    EXPECT_EQ(SolveWholeGraph(update.tools(), {budget, thresholds_, News(), 1e9}, &report),
+              factor < 1 ? WholeSolve::kCutShort : WholeSolve::kStuck);
+    EXPECT_EQ(report.cost_decrease > 0, factor < 1);
+  }
 }
 
 }  // namespace
