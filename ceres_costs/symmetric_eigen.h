@@ -15,7 +15,7 @@ struct SymmetricEigen {
 // Of an n x n matrix by columns, whose lower triangle is read. `vectors` may be null.
 void DecomposeSymmetric(const double* matrix, int n, double* values, double* vectors);
 
-// NaNs where the matrix is not finite.
+// Undefined where the matrix is not finite.
 template <int N>
 SymmetricEigen<N> EigenOf(const Eigen::Matrix<double, N, N>& matrix) {
   SymmetricEigen<N> eigen;

@@ -46,7 +46,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     if (solved_at_depth_ > kMostPasses * graph_.hierarchy().level(0).num_nodes) {
       // Windows that undo each other's work, or that are small beside what they belong to.
       const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
-      const bool ended = full.whole != WholeSolve::kCutShort;
+      const bool ended = full.whole != WholeSolve::kCutShort || !budget.IsStopped();
       if (ended) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);
       sum.at_rest = full.report.status.ok() && ended;
@@ -61,18 +61,15 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
     sum.at_rest = report.at_rest;
     if (!sum.at_rest) continue;
     solved_at_depth_ = 0;
-    const double tau = Thresholds(depth_).tau;
     // Over all edges, those in chains among them: a sample's mean may be far above what is left.
     cost = CostOf(&graph_);
-    if (graph_.num_edges() > 0 && std::isfinite(cost)) mean_.Set(cost / graph_.num_edges());
-    const bool gaining = mean_at_depth_ - mean_.value() > kGainToGoDeeper * mean_.value();
-    mean_at_depth_ = mean_.value();
-    const bool deeper = depth_ < kDeep || gaining;
-    if (deeper) depth_ *= kDeeper;
-    const StressThresholds thresholds = Thresholds(depth_);
-    if (!deeper && !(thresholds.tau < 0.5 * tau)) continue;
+    const bool is_known = graph_.num_edges() > 0 && std::isfinite(cost);
+    const double mean = is_known ? cost / graph_.num_edges() : mean_.value();
+    const bool gaining = std::exchange(mean_at_depth_, mean) - mean > kGainToGoDeeper * mean;
+    if (depth_ >= kDeep && !gaining) continue;
+    depth_ *= kDeeper;
     graph_.SettleAll();
-    QueueAll(thresholds, &graph_.hierarchy());
+    QueueAll(Thresholds(depth_), &graph_.hierarchy());
     sum.at_rest = false;
   } while (!sum.at_rest && !budget.IsStopped());
   // Updates take it of the edges of level 0, where a chain is one.

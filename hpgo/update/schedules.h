@@ -61,7 +61,8 @@ template <typename G>
 void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max_seconds,
                  UpdateReport* report);
 
-// How a solve of the whole graph ended: kStuck where it gains no more, or fails, above a minimum.
+// How a solve of the whole graph ended: kStuck where it gains no more though it is at no minimum
+// that the solver knows, or fails; kCutShort where it would have gone on.
 enum class WholeSolve { kConverged, kStuck, kCutShort };
 
 // The whole graph over its kept nodes, to convergence. One iteration is made in any time.

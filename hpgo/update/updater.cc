@@ -130,8 +130,8 @@ void Updater<G>::TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Ind
 template <typename G>
 StressThresholds Updater<G>::Thresholds(double depth) const {
   constexpr float kNever = std::numeric_limits<float>::infinity();
-  StressThresholds thresholds =
-      StressThresholds::FromMean(mean_.value(), options_.stress_threshold / depth);
+  const double mean = depth > 1 ? mean_at_depth_ : mean_.value();
+  StressThresholds thresholds = StressThresholds::FromMean(mean, options_.stress_threshold / depth);
   if (options_.schedule != Schedule::kStress) thresholds.pending = kNever;  // nobody will look
   // Condensed edges hold measurements. Made anew whenever members move within their groups, they
   // would pull the groups back while the windows push the members on, without end.
@@ -143,6 +143,7 @@ StressThresholds Updater<G>::Thresholds(double depth) const {
 template <typename G>
 bool Updater<G>::FitsWhole(const Changes& changes, const Budget& budget) const {
   if (budget.SecondsLeft() == kInfinity) return true;
+  if (options_.schedule != Schedule::kStress) return true;  // their windows know no rest
   const Level<G>& level = graph_.hierarchy().level(0);
   const double seconds = sizes_.SecondsOf(
       sizes_.Worth(level.num_nodes + changes.num_nodes, level.num_edges + changes.num_edges), 0);
@@ -173,7 +174,7 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
     ResetDepth();
     const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
     Accumulate(full.report, &sum);
-    sum.at_rest = at_optimum_ = full.whole == WholeSolve::kConverged && full.report.status.ok();
+    sum.at_rest = at_optimum_ = full.whole != WholeSolve::kCutShort && full.report.status.ok();
     if (!full.report.status.ok()) {  // the rest is done
       Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);
       sum.status = full.report.status;

@@ -111,7 +111,7 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   // Few at first where time may cut it short: a turn that gains nothing must end by itself, else
   // the next call would try it again.
-  int iterations = plan.budget.HasTimeLimit() ? 1 : kFullIterations;
+  int iterations = plan.budget.MayBeCutShort() ? 1 : kFullIterations;
   for (int turn = 0; turn < kFullTurns; ++turn) {
     if (turn == 0 ? plan.budget.IsCancelled() : plan.budget.IsStopped()) {
       return WholeSolve::kCutShort;
@@ -123,7 +123,9 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
         tools.step.Solve(iterations, plan.budget.SecondsLeft(), plan.thresholds, plan.budget);
     Note(step, report);
     if (!step.status.ok()) return WholeSolve::kStuck;
-    if (step.decrease > kFullStandstill * step.initial_cost) {
+    if (plan.budget.IsCancelled()) return WholeSolve::kCutShort;
+    const double rounding = kFullRounding * hierarchy.level(0).num_edges;
+    if (step.decrease > std::max(kFullStandstill * step.initial_cost, rounding)) {
       iterations = std::min(2 * iterations, kFullIterations);
     } else if (step.converged) {
       return WholeSolve::kConverged;
@@ -133,7 +135,7 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
       iterations = 1;  // chains bend less on the way
     }
   }
-  return WholeSolve::kStuck;
+  return WholeSolve::kCutShort;
 }
 
 #define HPGO_INSTANTIATE(G)                                                                   \

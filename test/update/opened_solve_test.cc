@@ -174,5 +174,23 @@ TEST_F(OpenedSolveTest, AWholeSolveWithoutTimeTellsThatItIsStuck) {
   }
 }
 
+// Nor is one stuck that is cancelled before its first step.
+TEST_F(OpenedSolveTest, AWholeSolveThatIsCancelledIsCutShort) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  UpdateLimits limits;
+  limits.cancel = &cancel_;
+  UpdateReport report;
+  for (int evaluations = 1; report.windows == 0; ++evaluations) {  // until the solve is the first
+    cancel_ = false;
+    UpdateFixture<SE2> update(graph, OptimizerOptions(),
+                              std::make_shared<Canceller>(evaluations, &cancel_));
+    const Budget budget(limits);
+    EXPECT_EQ(SolveWholeGraph(update.tools(), {budget, thresholds_, News(), 1e9}, &report),
+              WholeSolve::kCutShort);
+  }
+  EXPECT_EQ(report.cost_decrease, 0);
+}
+
 }  // namespace
 }  // namespace hpgo

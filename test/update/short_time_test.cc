@@ -1,6 +1,9 @@
 // Calls that have no time at all: each makes a little progress whatever the machine, so that calls
 // one after the other end where one without a limit does.
 
+#include <memory>
+
+#include "ceres/loss_function.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "hpgo/replay.h"
@@ -67,6 +70,10 @@ TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
         });
         EXPECT_GT(calls, 3);
         EXPECT_LE(optimizer.Cost(), 1.00001 * optimum);
+        optimizer.Refine();
+        const UpdateReport again = optimizer.Refine();
+        EXPECT_TRUE(again.at_rest);
+        EXPECT_EQ(again.examined_edges, 0);
       }
     }
   }
@@ -78,6 +85,67 @@ TYPED_TEST(ShortTimeTest, UpdatesComeToRest) {
   this->BringAll(graph, &optimizer);
   this->CallsToRest([&](const UpdateLimits& limits) { return optimizer.Update(limits); });
   EXPECT_LE(optimizer.Cost(), 1.01 * this->OptimumOf(graph));
+}
+
+// Their windows know no rest.
+TYPED_TEST(ShortTimeTest, ConvergeGetsToTheOptimumUnderFixedSchedules) {
+  const PoseGraph<TypeParam> graph = this->Graph(World::kManhattan, 300);
+  for (const Schedule schedule : {Schedule::kNewEdges, Schedule::kNewestNode}) {
+    OptimizerOptions options;
+    options.schedule = schedule;
+    Optimizer<TypeParam> optimizer(options);
+    this->BringAll(graph, &optimizer);
+    this->CallsToRest([&](const UpdateLimits& limits) { return optimizer.Converge(limits); });
+    EXPECT_LE(optimizer.Cost(), 1.00001 * this->OptimumOf(graph));
+  }
+}
+
+// It costs more whenever it is evaluated.
+class EverHigher : public ceres::LossFunction {
+ public:
+  void Evaluate(double s, double rho[3]) const override {
+    scale_ *= 1.001;
+    rho[0] = scale_ * s;
+    rho[1] = scale_;
+    rho[2] = 0;
+  }
+
+ private:
+  mutable double scale_ = 1;
+};
+
+TYPED_TEST(ShortTimeTest, ConvergeRestsWhereNothingGains) {
+  using G = TypeParam;
+  Optimizer<G> optimizer;
+  for (int k = 0; k < 4; ++k) ASSERT_TRUE(optimizer.AddNode(k, G()).ok());
+  const G step = G::Exp(G::Tangent::Unit(0));
+  for (int k = 0; k < 4; ++k) {
+    ASSERT_TRUE(
+        optimizer
+            .AddEdge(k, (k + 1) % 4, step, G::Matrix::Identity(), std::make_shared<EverHigher>())
+            .ok());
+  }
+  EXPECT_TRUE(optimizer.Converge().at_rest);
+}
+
+// What is left there is rounding, of which some is gained for ever.
+TYPED_TEST(ShortTimeTest, ConvergeRestsWithoutNoise) {
+  using G = TypeParam;
+  GenerateOptions generate;
+  generate.world = World::kManhattan;
+  generate.noise_translation = generate.noise_rotation = 0;
+  for (generate.seed = 1; generate.seed <= 20; ++generate.seed) {
+    generate.nodes = 50 + 5 * static_cast<int>(generate.seed);
+    const PoseGraph<G> graph = GenerateGraph<G>(generate)->graph;
+    for (const Engine engine : {Engine::kBlock, Engine::kCeres}) {
+      OptimizerOptions options;
+      options.engine = engine;
+      Optimizer<G> optimizer(options);
+      this->BringAll(graph, &optimizer);
+      ASSERT_TRUE(optimizer.SetPose(20, G()).ok());
+      EXPECT_TRUE(optimizer.Converge().at_rest) << generate.seed;
+    }
+  }
 }
 
 }  // namespace
