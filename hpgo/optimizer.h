@@ -134,8 +134,8 @@ class Optimizer {
   UpdateReport Optimize(Mode mode, const UpdateLimits& limits = {});
   // Idle work: updates until nothing is stressed, or the cost no longer falls, then again at a
   // tenth and a hundredth of the threshold, each time after one look at every edge; or until a
-  // limit is hit, to be called again. The schedules kNewEdges and kNewestNode know no rest: they
-  // make one update.
+  // limit is hit, to be called again. Nothing is done where nothing has changed since it was at
+  // rest. The schedules kNewEdges and kNewestNode know no rest: they make one update.
   UpdateReport Refine(const UpdateLimits& limits = {});
   // To the optimum now, by whatever is cheapest, for clients that ask once after many changes: the
   // whole graph is solved, or windows alone where the limits have no time for that, to be called

@@ -31,14 +31,17 @@ void Updater<G>::ResetDepth() {
 template <typename G>
 UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limits,
                                 Gauge<G>* gauge) {
-  at_optimum_ = false;
+  const bool has_changes = !changes.empty() || gauge->is_due();
   // The other schedules put windows wherever they do: they know no rest to work towards.
   if (options_.schedule != Schedule::kStress) {
+    rest_ = Rest::kNot;
     return Run(changes, Mode::kPartial, Budget(limits), depth_, gauge).report;
   }
+  if (rest_ != Rest::kNot && !has_changes) return Unchanged();
+  rest_ = Rest::kNot;
   const Budget budget(limits, true);
   const G newest_before = PoseOf(changes.newest);
-  if (!changes.empty() || gauge->is_due()) ResetDepth();
+  if (has_changes) ResetDepth();
   double cost = kInfinity;
   Changes left = changes;
   UpdateReport sum;
@@ -75,6 +78,7 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   // Updates take it of the edges of level 0, where a chain is one.
   const int num_edges = graph_.hierarchy().level(0).num_edges;
   if (sum.at_rest && num_edges > 0 && std::isfinite(cost)) mean_.Set(cost / num_edges);
+  if (sum.at_rest) rest_ = Rest::kRefined;
   sum.newest_moved = MotionBetween(newest_before, PoseOf(changes.newest));
   sum.largest_moved = Larger(sum.largest_moved, sum.newest_moved);
   sum.seconds = budget.SecondsSpent();

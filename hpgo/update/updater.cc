@@ -39,7 +39,7 @@ template <typename G>
 UpdateReport Updater<G>::Update(const Changes& changes, Mode mode, const UpdateLimits& limits,
                                 Gauge<G>* gauge) {
   ResetDepth();
-  at_optimum_ = false;
+  rest_ = Rest::kNot;
   return Run(changes, mode, Budget(limits), depth_, gauge).report;
 }
 
@@ -151,15 +151,19 @@ bool Updater<G>::FitsWhole(const Changes& changes, const Budget& budget) const {
 }
 
 template <typename G>
+UpdateReport Updater<G>::Unchanged() const {
+  UpdateReport report;
+  report.num_levels = graph_.hierarchy().num_levels();
+  report.mean_chi2 = mean_.value();
+  report.at_rest = true;
+  return report;
+}
+
+template <typename G>
 UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& limits,
                                   Gauge<G>* gauge) {
-  UpdateReport sum;
-  sum.num_levels = graph_.hierarchy().num_levels();
-  sum.mean_chi2 = mean_.value();
-  if (at_optimum_ && changes.empty() && !gauge->is_due()) {
-    sum.at_rest = true;
-    return sum;
-  }
+  UpdateReport sum = Unchanged();
+  if (rest_ == Rest::kOptimum && changes.empty() && !gauge->is_due()) return sum;
   const Budget budget(limits);
   const G newest_before = PoseOf(changes.newest);
   const Changes none = Changes::None(changes.newest);
@@ -174,7 +178,8 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
     ResetDepth();
     const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
     Accumulate(full.report, &sum);
-    sum.at_rest = at_optimum_ = full.whole != WholeSolve::kCutShort && full.report.status.ok();
+    sum.at_rest = full.whole != WholeSolve::kCutShort && full.report.status.ok();
+    rest_ = sum.at_rest ? Rest::kOptimum : Rest::kNot;
     if (!full.report.status.ok()) {  // the rest is done
       Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);
       sum.status = full.report.status;

@@ -29,7 +29,7 @@ class Updater {
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.solved_at_depth_,
-            self.mean_at_depth_, self.at_optimum_, self.newton_);
+            self.mean_at_depth_, self.rest_, self.newton_);
   }
 
  private:
@@ -37,6 +37,10 @@ class Updater {
     UpdateReport report;
     WholeSolve whole = WholeSolve::kStuck;  // of a full update
   };
+  // Where the last call has left the graph.
+  enum class Rest { kNot, kRefined, kOptimum };
+  // What a call reports that has nothing to do.
+  UpdateReport Unchanged() const;
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
@@ -57,7 +61,7 @@ class Updater {
   // in chains among them, when it was last at rest.
   double depth_ = 1, solved_at_depth_ = 0;
   double mean_at_depth_ = std::numeric_limits<double>::infinity();
-  bool at_optimum_ = false;  // since the last Converge, but for changes
+  Rest rest_ = Rest::kNot;
 };
 
 // The sum of the losses of e' Omega e over all edges. O(edges).

@@ -70,7 +70,6 @@ TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
         });
         EXPECT_GT(calls, 3);
         EXPECT_LE(optimizer.Cost(), 1.00001 * optimum);
-        optimizer.Refine();
         const UpdateReport again = optimizer.Refine();
         EXPECT_TRUE(again.at_rest);
         EXPECT_EQ(again.examined_edges, 0);
