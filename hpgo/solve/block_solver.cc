@@ -20,9 +20,6 @@ using ceres_costs::SE3;
 using ceres_costs::YawPose;
 using Clock = std::chrono::steady_clock;
 
-// Of chi2: what rounding leaves where there is no noise.
-constexpr double kNegligiblePerFactor = 1e-18;
-
 // A few degrees before the half turn, steps grow short.
 template <typename G>
 bool IsHalfTurn(const G& deviation) {
@@ -40,7 +37,7 @@ class BlockSolver : public SubproblemSolver<G> {
     };
     const auto negligible = [&](double cost) {
       return std::max(options.function_tolerance * std::abs(cost),
-                      kNegligiblePerFactor * static_cast<double>(problem->factors.size()));
+                      kRoundingOfAFactor * static_cast<double>(problem->factors.size()));
     };
     SubproblemSummary summary;
     problem_ = problem;

@@ -48,6 +48,9 @@ double CostAt(const Subproblem<G>& problem, const std::vector<G>& poses) {
   return cost;
 }
 
+// Of chi2, a factor: what rounding leaves where there is no noise.
+inline constexpr double kRoundingOfAFactor = 1e-18;
+
 struct SubproblemOptions {
   int max_iterations = 1;
   // Seconds of wall time; checked after each iteration, so that one is made in any.

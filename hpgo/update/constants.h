@@ -60,8 +60,6 @@ inline constexpr int kFullIterations = 200;
 // this share of the cost.
 inline constexpr int kFullTurns = 50;
 inline constexpr double kFullStandstill = 1e-10;
-// Of chi2, an edge: what rounding leaves where there is no noise.
-inline constexpr double kFullRounding = 1e-18;
 // Iterations that a whole solve needs for Converge to choose it: fewer leave a gap.
 inline constexpr int kIterationsToFit = 3;
 

@@ -163,13 +163,13 @@ template <typename G>
 UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& limits,
                                   Gauge<G>* gauge) {
   UpdateReport sum = Unchanged();
-  if (rest_ == Rest::kOptimum && changes.empty() && !gauge->is_due()) return sum;
+  const bool has_changes = !changes.empty() || gauge->is_due();
+  if (rest_ == Rest::kOptimum && !has_changes) return sum;
   const Budget budget(limits);
   const G newest_before = PoseOf(changes.newest);
   const Changes none = Changes::None(changes.newest);
   // Changes are taken in whatever the budget says.
   const bool at_once = FitsWhole(changes, budget);
-  const bool has_changes = !changes.empty() || gauge->is_due();
   if (!at_once && has_changes) sum = Update(changes, Mode::kPartial, limits, gauge);
   sum.at_rest = false;  // that of an update is no optimum
   const bool goes_on = !has_changes || (sum.status.ok() && !budget.IsStopped());

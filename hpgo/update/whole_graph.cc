@@ -124,7 +124,7 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
     Note(step, report);
     if (!step.status.ok()) return WholeSolve::kStuck;
     if (plan.budget.IsCancelled()) return WholeSolve::kCutShort;
-    const double rounding = kFullRounding * hierarchy.level(0).num_edges;
+    const double rounding = kRoundingOfAFactor * hierarchy.level(0).num_edges;
     if (step.decrease > std::max(kFullStandstill * step.initial_cost, rounding)) {
       iterations = std::min(2 * iterations, kFullIterations);
     } else if (step.converged) {

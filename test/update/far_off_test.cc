@@ -10,6 +10,7 @@
 #include "hpgo/replay.h"
 #include "hpgo/solve/full_solve.h"
 #include "hpgo/update/news.h"
+#include "test/optimizer/bring_all.h"
 
 namespace hpgo {
 namespace {
@@ -23,20 +24,6 @@ PoseGraph<SE3> DriftingCity(int nodes = kNodes, double noise = 0.02, std::uint64
   generate.noise_rotation = noise;
   generate.seed = seed;
   return GenerateGraph<SE3>(generate)->graph;
-}
-
-void BringAll(const PoseGraph<SE3>& graph, Optimizer<SE3>* optimizer) {
-  for (const ReplayStep& step : ReplaySteps(graph)) {
-    ASSERT_TRUE(ApplyStep<SE3>(graph, step, nullptr, optimizer).ok());
-  }
-}
-
-double OptimumOf(PoseGraph<SE3> graph, InitMethod init) {
-  FullSolveOptions options;
-  options.init = init;
-  const FullSolveReport report = SolveFull(options, &graph);
-  EXPECT_TRUE(report.converged);
-  return report.cost_after;
 }
 
 TEST(FarOffTest, ThousandsOfNodesAtOnceAreTakenIn) {

@@ -1,7 +1,6 @@
 // What a solve with all chains opened leaves behind.
 
 #include <atomic>
-#include <cmath>
 #include <memory>
 
 #include "gtest/gtest.h"
@@ -26,23 +25,6 @@ class Canceller : public ceres::LossFunction {
  private:
   mutable int left_;
   std::atomic<bool>* cancel_;
-};
-
-// Whenever it is evaluated it costs so many times as much: there is no end to what it gains, or
-// none to gain.
-class EverOther : public ceres::LossFunction {
- public:
-  EverOther(double factor, int* evaluations) : factor_(factor), evaluations_(evaluations) {}
-  void Evaluate(double s, double rho[3]) const override {
-    const double scale = std::pow(factor_, ++*evaluations_);
-    rho[0] = scale * s;
-    rho[1] = scale;
-    rho[2] = 0;
-  }
-
- private:
-  const double factor_;
-  int* evaluations_;
 };
 
 class OpenedSolveTest : public testing::Test {

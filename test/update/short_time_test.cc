@@ -3,11 +3,10 @@
 
 #include <memory>
 
-#include "ceres/loss_function.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
-#include "hpgo/replay.h"
-#include "hpgo/solve/full_solve.h"
+#include "test/optimizer/bring_all.h"
+#include "test/update/update_tools.h"
 
 namespace hpgo {
 namespace {
@@ -23,16 +22,6 @@ class ShortTimeTest : public testing::Test {
     generate.world = world;
     generate.nodes = nodes;
     return GenerateGraph<G>(generate)->graph;
-  }
-  static void BringAll(const PoseGraph<G>& graph, Optimizer<G>* optimizer) {
-    for (const ReplayStep& step : ReplaySteps(graph)) {
-      ASSERT_TRUE(ApplyStep<G>(graph, step, nullptr, optimizer).ok());
-    }
-  }
-  static double OptimumOf(PoseGraph<G> graph) {
-    const FullSolveReport report = SolveFull(FullSolveOptions(), &graph);
-    EXPECT_TRUE(report.converged);
-    return report.cost_after;
   }
   // Until `call` is at rest, how often it was made.
   template <typename Call>
@@ -59,12 +48,12 @@ TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
     for (const World world : {World::kManhattan, World::kCity}) {
       SCOPED_TRACE(testing::Message() << static_cast<int>(engine) << static_cast<int>(world));
       const PoseGraph<TypeParam> graph = this->Graph(world, 600);
-      const double optimum = this->OptimumOf(graph);
+      const double optimum = OptimumOf(graph);
       OptimizerOptions options;
       options.engine = engine;
       for (const bool converge : {false, true}) {
         Optimizer<TypeParam> optimizer(options);
-        this->BringAll(graph, &optimizer);
+        BringAll(graph, &optimizer);
         const int calls = this->CallsToRest([&](const UpdateLimits& limits) {
           return converge ? optimizer.Converge(limits) : optimizer.Refine(limits);
         });
@@ -81,9 +70,9 @@ TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
 TYPED_TEST(ShortTimeTest, UpdatesComeToRest) {
   const PoseGraph<TypeParam> graph = this->Graph(World::kManhattan, 1000);
   Optimizer<TypeParam> optimizer;
-  this->BringAll(graph, &optimizer);
+  BringAll(graph, &optimizer);
   this->CallsToRest([&](const UpdateLimits& limits) { return optimizer.Update(limits); });
-  EXPECT_LE(optimizer.Cost(), 1.01 * this->OptimumOf(graph));
+  EXPECT_LE(optimizer.Cost(), 1.01 * OptimumOf(graph));
 }
 
 // Their windows know no rest.
@@ -93,36 +82,21 @@ TYPED_TEST(ShortTimeTest, ConvergeGetsToTheOptimumUnderFixedSchedules) {
     OptimizerOptions options;
     options.schedule = schedule;
     Optimizer<TypeParam> optimizer(options);
-    this->BringAll(graph, &optimizer);
+    BringAll(graph, &optimizer);
     this->CallsToRest([&](const UpdateLimits& limits) { return optimizer.Converge(limits); });
-    EXPECT_LE(optimizer.Cost(), 1.00001 * this->OptimumOf(graph));
+    EXPECT_LE(optimizer.Cost(), 1.00001 * OptimumOf(graph));
   }
 }
 
-// It costs more whenever it is evaluated.
-class EverHigher : public ceres::LossFunction {
- public:
-  void Evaluate(double s, double rho[3]) const override {
-    scale_ *= 1.001;
-    rho[0] = scale_ * s;
-    rho[1] = scale_;
-    rho[2] = 0;
-  }
-
- private:
-  mutable double scale_ = 1;
-};
-
 TYPED_TEST(ShortTimeTest, ConvergeRestsWhereNothingGains) {
   using G = TypeParam;
+  int evaluations = 0;
+  const auto loss = std::make_shared<EverOther>(1.001, &evaluations);
   Optimizer<G> optimizer;
   for (int k = 0; k < 4; ++k) ASSERT_TRUE(optimizer.AddNode(k, G()).ok());
   const G step = G::Exp(G::Tangent::Unit(0));
   for (int k = 0; k < 4; ++k) {
-    ASSERT_TRUE(
-        optimizer
-            .AddEdge(k, (k + 1) % 4, step, G::Matrix::Identity(), std::make_shared<EverHigher>())
-            .ok());
+    ASSERT_TRUE(optimizer.AddEdge(k, (k + 1) % 4, step, G::Matrix::Identity(), loss).ok());
   }
   EXPECT_TRUE(optimizer.Converge().at_rest);
 }
@@ -140,7 +114,7 @@ TYPED_TEST(ShortTimeTest, ConvergeRestsWithoutNoise) {
       OptimizerOptions options;
       options.engine = engine;
       Optimizer<G> optimizer(options);
-      this->BringAll(graph, &optimizer);
+      BringAll(graph, &optimizer);
       ASSERT_TRUE(optimizer.SetPose(20, G()).ok());
       EXPECT_TRUE(optimizer.Converge().at_rest) << generate.seed;
     }

@@ -1,10 +1,12 @@
 // What an update works with, for the tests of its parts.
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <utility>
 
+#include "ceres/loss_function.h"
 #include "hpgo/graph/pose_graph.h"
 #include "hpgo/update/schedules.h"
 
@@ -46,6 +48,23 @@ class UpdateFixture {
   WindowStep<G> step_;
   WindowSizes sizes_;
   Sweep sweep_;
+};
+
+// Whenever it is evaluated it costs so many times as much: there is no end to what it gains, or
+// none to gain.
+class EverOther : public ceres::LossFunction {
+ public:
+  EverOther(double factor, int* evaluations) : factor_(factor), evaluations_(evaluations) {}
+  void Evaluate(double s, double rho[3]) const override {
+    const double scale = std::pow(factor_, ++*evaluations_);
+    rho[0] = scale * s;
+    rho[1] = scale;
+    rho[2] = 0;
+  }
+
+ private:
+  const double factor_;
+  int* evaluations_;
 };
 
 }  // namespace hpgo
