@@ -36,8 +36,6 @@ class Budget {
                   const Clocks& clocks = Clocks::Real());
 
   bool HasTimeLimit() const { return limits_.max_seconds > 0 || limits_.max_cpu_seconds > 0; }
-  // Whether it may end before its work is done.
-  bool MayBeCutShort() const { return HasTimeLimit() || limits_.cancel != nullptr; }
   // Whether time or the caller, not the options, say when to stop.
   bool IsUncapped() const { return HasTimeLimit() || to_rest_; }
   bool IsToRest() const { return to_rest_; }

@@ -111,7 +111,7 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   // Few at first where time may cut it short: a turn that gains nothing must end by itself, else
   // the next call would try it again.
-  int iterations = plan.budget.MayBeCutShort() ? 1 : kFullIterations;
+  int iterations = plan.budget.HasTimeLimit() ? 1 : kFullIterations;
   for (int turn = 0; turn < kFullTurns; ++turn) {
     if (turn == 0 ? plan.budget.IsCancelled() : plan.budget.IsStopped()) {
       return WholeSolve::kCutShort;

@@ -156,6 +156,19 @@ TEST_F(OpenedSolveTest, AWholeSolveWithoutTimeTellsThatItIsStuck) {
   }
 }
 
+// Nor is one stuck that has made its turns and still gains.
+TEST_F(OpenedSolveTest, AWholeSolveWithoutAnEndIsCutShort) {
+  PoseGraph<SE2> graph = Row(20, 0.05);
+  Add(5, 15, SE2(0, 10, 3), &graph);
+  int evaluations = 0;
+  UpdateFixture<SE2> update(graph, OptimizerOptions(),
+                            std::make_shared<EverOther>(1 - 1e-7, &evaluations));
+  const Budget budget{UpdateLimits()};
+  UpdateReport report;
+  EXPECT_EQ(SolveWholeGraph(update.tools(), {budget, thresholds_, News(), 1e9}, &report),
+            WholeSolve::kCutShort);
+}
+
 // Nor is one stuck that is cancelled before its first step.
 TEST_F(OpenedSolveTest, AWholeSolveThatIsCancelledIsCutShort) {
   PoseGraph<SE2> graph = Row(20, 0.05);

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "ceres/loss_function.h"
 #include "gtest/gtest.h"
 #include "hpgo/generate/synthetic_graph.h"
 #include "test/optimizer/bring_all.h"
@@ -22,6 +23,16 @@ class ShortTimeTest : public testing::Test {
     generate.world = world;
     generate.nodes = nodes;
     return GenerateGraph<G>(generate)->graph;
+  }
+  // Of four nodes that do not fit.
+  static void Ring(const std::shared_ptr<const ceres::LossFunction>& loss,
+                   Optimizer<G>* optimizer) {
+    for (int k = 0; k < 4; ++k) ASSERT_TRUE(optimizer->AddNode(k, G()).ok());
+    const G step = G::Exp(G::Tangent::Unit(0));
+    for (int k = 0; k < 4; ++k) {
+      const auto information = G::Matrix::Identity();
+      ASSERT_TRUE(optimizer->AddEdge(k, (k + 1) % 4, step, information, loss).ok());
+    }
   }
   // Until `call` is at rest, how often it was made.
   template <typename Call>
@@ -67,6 +78,31 @@ TYPED_TEST(ShortTimeTest, RefineAndConvergeGetToTheOptimum) {
   }
 }
 
+// An update in between has changed something, and may have left work to do.
+TYPED_TEST(ShortTimeTest, WhatAnUpdateLeavesIsTakenUpAgain) {
+  using G = TypeParam;
+  const PoseGraph<G> graph = this->Graph(World::kManhattan, 300);
+  for (const Schedule schedule : {Schedule::kStress, Schedule::kNewEdges}) {
+    OptimizerOptions options;
+    options.schedule = schedule;
+    options.window_nodes = options.max_top_nodes = 10;
+    Optimizer<G> optimizer(options);
+    BringAll(graph, &optimizer);
+    ASSERT_TRUE(optimizer.Converge().at_rest);
+    const double optimum = optimizer.Cost();
+    for (NodeId id = 0; id < 300; id += 10) {
+      const G moved = optimizer.GetPose(id)->Retract(G::Tangent::Unit(0));
+      ASSERT_TRUE(optimizer.SetPose(id, moved).ok());
+    }
+    UpdateLimits limits;
+    limits.max_cpu_seconds = kNoTime;
+    schedule == Schedule::kStress ? optimizer.Update(limits) : optimizer.Refine(limits);
+    ASSERT_GT(optimizer.Cost(), 1.01 * optimum);
+    EXPECT_TRUE(optimizer.Converge().at_rest);
+    EXPECT_LE(optimizer.Cost(), 1.00001 * optimum);
+  }
+}
+
 TYPED_TEST(ShortTimeTest, UpdatesComeToRest) {
   const PoseGraph<TypeParam> graph = this->Graph(World::kManhattan, 1000);
   Optimizer<TypeParam> optimizer;
@@ -91,13 +127,8 @@ TYPED_TEST(ShortTimeTest, ConvergeGetsToTheOptimumUnderFixedSchedules) {
 TYPED_TEST(ShortTimeTest, ConvergeRestsWhereNothingGains) {
   using G = TypeParam;
   int evaluations = 0;
-  const auto loss = std::make_shared<EverOther>(1.001, &evaluations);
   Optimizer<G> optimizer;
-  for (int k = 0; k < 4; ++k) ASSERT_TRUE(optimizer.AddNode(k, G()).ok());
-  const G step = G::Exp(G::Tangent::Unit(0));
-  for (int k = 0; k < 4; ++k) {
-    ASSERT_TRUE(optimizer.AddEdge(k, (k + 1) % 4, step, G::Matrix::Identity(), loss).ok());
-  }
+  this->Ring(std::make_shared<EverOther>(1.001, &evaluations), &optimizer);
   EXPECT_TRUE(optimizer.Converge().at_rest);
 }
 
