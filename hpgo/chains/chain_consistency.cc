@@ -66,7 +66,7 @@ std::string CondensedGraph<G>::FindInconsistency() {
       expect((chain.level_edge != kNone) == (IsEnd(chain, 0) && IsEnd(chain, 1)), "ends", c);
     }
     Index at = chain.node[0];
-    spans_.ForEachEdge(chain.root, TargetOf(chain), [&](Index link, const G&) {
+    spans_.ForEachEdge(chain.root, TargetOf(chain), InsideOf(chain), [&](Index link, const G&) {
       const ChainEdge<G>& edge = spans_.edge(link);
       expect(edges_[edge.edge].node[edge.reversed] == at, "path of a chain", c);
       at = edges_[edge.edge].node[!edge.reversed];

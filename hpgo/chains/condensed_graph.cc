@@ -11,7 +11,8 @@ namespace hpgo {
 template <typename G>
 CondensedGraph<G>::CondensedGraph(const HierarchyOptions& options, bool condense)
     : hierarchy_(options), condense_(condense), spans_(options.convention) {
-  hierarchy_.SetRefresh([this](Index edge, const G& T) { return Refresh(edge, T); });
+  hierarchy_.SetChains({[this](Index edge, const G& T) { return Refresh(edge, T); },
+                        [this](Index edge, const G& T) { return CostOfChain(edge, T); }});
 }
 
 template <typename G>
@@ -58,21 +59,56 @@ void CondensedGraph<G>::BindUnfit() {
   for (const Index e : spans_.TakeUnfit()) Bind(e);
 }
 
-// Brings the chain behind an edge of level 0 up to date with the pose T of its ends: true if it had
-// been bent, and has another term now.
 template <typename G>
-bool CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
+void CondensedGraph<G>::SetLags(Chain* chain, bool lags) {
+  if (chain->level_edge != kNone) hierarchy_.mutable_level(0).edges[chain->level_edge].lags = lags;
+  if (std::exchange(chain->lags, lags) != lags) NoteReach(*chain, true);
+}
+
+// So that nothing moves where it is cut.
+template <typename G>
+void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain) {
+  std::vector<G> poses;
+  spans_.ForEachEdge(chain->root, TargetOf(*chain), InsideOf(*chain),
+                     [&](Index, const G& Y) { poses.push_back(Y); });
+  std::size_t k = 0;
+  spans_.LinearizeAt(chain->root, [&](const ChainEdge<G>&) { return poses[k++]; });
+}
+
+// Brings the chain behind an edge of level 0 up to date with the pose T of its ends, where it has
+// been bent.
+template <typename G>
+RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const Index name = edge_of_level_[level_edge];
-  if (name >= 0) return false;
+  if (name >= 0) return RefreshedChain::kHolds;
   Chain& chain = chains_[~name];
   // What MissedAt says of the whole chain, from its term: most have not been bent.
   const double bend = BendAt(spans_.Model(chain.root), T);
   const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
-  if (!(bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_)) return false;
-  linearized_ += spans_.Settle(chain.root, T, tolerance_);
+  const bool misses = bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
+  if (!misses && !chain.lags) return RefreshedChain::kHolds;
+  const SettleResult settled = spans_.Settle(chain.root, T, tolerance_, chain.lags);
+  linearized_ += settled.edges;
   BindUnfit();
+  SetLags(&chain, !settled.holds);
+  if (!settled.holds) return RefreshedChain::kLags;
   SetTerm(&chain, T);
-  return true;
+  return RefreshedChain::kAnew;
+}
+
+// The cost of the edges of a chain, for T of its ends.
+template <typename G>
+double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
+  double cost = 0;
+  ceres_costs::FactorTerm<G> factor;
+  factor.convention = hierarchy_.options().convention;
+  const Chain& chain = chains_[~edge_of_level_[level_edge]];
+  spans_.ForEachEdge(chain.root, T, InsideOf(chain), [&](Index at, const G& Y) {
+    const ChainEdge<G>& edge = spans_.edge(at);
+    factor.term = &edge.term;
+    cost += FactorCost(factor, false, edge.reversed ? Y.Inverse() : Y);
+  });
+  return cost;
 }
 
 // The term of a chain's level edge, for T of its ends.
@@ -93,8 +129,8 @@ void CondensedGraph<G>::SettleAll() {
   for (Chain& chain : chains_) {
     if (!chain.alive || chain.level_edge == kNone) continue;
     const G T = TargetOf(chain);
-    spans_.SettleAll(chain.root, T);
-    SetTerm(&chain, T);
+    SetLags(&chain, !spans_.SettleAll(chain.root, T).holds);
+    if (!chain.lags) SetTerm(&chain, T);
   }
   BindUnfit();
 }
@@ -107,6 +143,7 @@ void CondensedGraph<G>::LinearizeChainsAt(const std::vector<G>& poses) {
       const Edge& edge = edges_[part.edge];
       return poses[edge.node[part.reversed]].Between(poses[edge.node[!part.reversed]]);
     });
+    SetLags(&chain, false);
     SetTerm(&chain, poses[chain.node[0]].Between(poses[chain.node[1]]));
   }
   BindUnfit();
@@ -120,7 +157,7 @@ void CondensedGraph<G>::FinishChain(Index c) {
     const bool grown = chain.composed;
     if (!grown) ComposeFreeEnd(&chain);
     spans_.PrepareFirst(chain.root);
-    chain.is_new = false;
+    chain.is_new = chain.lags = false;
     NoteReach(chain, !grown);
     return;
   }
@@ -139,12 +176,14 @@ void CondensedGraph<G>::FinishChain(Index c) {
   }
   const Index a = nodes_[chain.node[0]].level_node, b = nodes_[chain.node[1]].level_node;
   const G T = hierarchy_.RelativePose(0, a, b);
-  linearized_ += spans_.Settle(chain.root, T, tolerance_);
+  const SettleResult settled = spans_.Settle(chain.root, T, tolerance_, chain.lags);
+  linearized_ += settled.edges;
   EdgeData<G> data;
   data.condensed = true;
   data.term = TermOfSpan(spans_.Model(chain.root), T);
   data.weight = ChainWeight(spans_.Model(chain.root));
   chain.level_edge = hierarchy_.AddEdge(a, b, data);
+  SetLags(&chain, !settled.holds);
   NoteChi2(&chain);
   chain.is_new = false;
   while (static_cast<Index>(edge_of_level_.size()) <= chain.level_edge) {

@@ -148,7 +148,10 @@ class CondensedGraph {
   void NoteChi2(Chain* chain);
   void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
   void FinishChain(Index chain);
-  bool Refresh(Index level_edge, const G& T);
+  void SetLags(Chain* chain, bool lags);
+  void LinearizeWhereItIs(Chain* chain);
+  RefreshedChain Refresh(Index level_edge, const G& T);
+  double CostOfChain(Index level_edge, const G& T);
   void BindUnfit();
 
   // condensed_graph_edit.cc
@@ -187,6 +190,9 @@ class CondensedGraph {
 
   // condensed_graph_poses.cc
   bool IsEnd(const Chain& chain, int side) const { return IsKept(chain.node[side]); }
+  static Inside InsideOf(const Chain& chain) {
+    return chain.lags ? Inside::kYields : Inside::kMean;
+  }
   G TargetOf(Chain& chain);
   G OriginOf(const Chain& chain, const G& T);
   G InteriorPose(Index node);

@@ -49,7 +49,7 @@ G CondensedGraph<G>::InteriorPose(Index n) {
   const G X = OriginOf(chain, T);
   if (n == chain.node[0]) return X;
   if (n == chain.node[1]) return X * T;
-  const SplitPose<G> pose = spans_.PoseOf(EdgeInto(n), T);
+  const SplitPose<G> pose = spans_.PoseOf(EdgeInto(n), T, InsideOf(chain));
   return X * pose.first * pose.second;
 }
 
@@ -62,7 +62,8 @@ G CondensedGraph<G>::RelativePose(Index e) {
                                    nodes_[edge.node[1]].level_node);
   }
   if (edge.place == Place::kChain) {
-    const G Y = spans_.PoseOf(edge.at, TargetOf(chains_[ChainOf(e)])).second;
+    Chain& chain = chains_[ChainOf(e)];
+    const G Y = spans_.PoseOf(edge.at, TargetOf(chain), InsideOf(chain)).second;
     return spans_.edge(edge.at).reversed ? Y.Inverse() : Y;
   }
   return WorldPose(edge.node[0]).Between(WorldPose(edge.node[1]));
@@ -75,7 +76,7 @@ void CondensedGraph<G>::ForEachInterior(Chain& chain, Visitor&& visit) {
   const G T = TargetOf(chain);
   G X = OriginOf(chain, T);
   if (!IsEnd(chain, 0)) visit(chain.node[0], X);
-  spans_.ForEachEdge(chain.root, T, [&](Index at, const G& Y) {
+  spans_.ForEachEdge(chain.root, T, InsideOf(chain), [&](Index at, const G& Y) {
     const Index n = EnteredBy(at);
     X = (X * Y).Normalized();
     if (!IsKept(n)) visit(n, X);
@@ -99,7 +100,7 @@ void CondensedGraph<G>::ForEachRelativePose(const std::function<void(Index, cons
   }
   for (Chain& chain : chains_) {
     if (!chain.alive) continue;
-    spans_.ForEachEdge(chain.root, TargetOf(chain), [&](Index at, const G& Y) {
+    spans_.ForEachEdge(chain.root, TargetOf(chain), InsideOf(chain), [&](Index at, const G& Y) {
       const ChainEdge<G>& edge = spans_.edge(at);
       visit(edge.edge, edge.reversed ? Y.Inverse() : Y);
     });

@@ -76,13 +76,18 @@ void CondensedGraph<G>::CutAt(Index n) {
   chains_[c].node[1] = n;
   chains_[c].root = before;
   spans_.SetOwner(before, c);
-  chains_[NewChain(n, end, after)].is_new = is_new;
+  const bool lags = chains_[c].lags;
+  Chain& rest = chains_[NewChain(n, end, after)];
+  rest.is_new = is_new;
+  rest.lags = lags;
 }
 
 template <typename G>
 void CondensedGraph<G>::Keep(Index n) {
   Node& node = nodes_[n];
   if (node.level_node != kNone) return;
+  const Index chain = ChainOfNode(n);
+  if (chain != kNone && chains_[chain].lags) LinearizeWhereItIs(&chains_[chain]);
   const G pose = WorldPose(n);
   if (node.loose) {
     node.loose = false;
@@ -213,6 +218,7 @@ void CondensedGraph<G>::JoinAt(Index n) {
   spans_.SetOwner(first.root, p);
   first.node[1] = second.node[1];
   first.is_new |= second.is_new;
+  first.lags |= second.lags;
   MarkChanged(p);
   FreeChain(q);
 }

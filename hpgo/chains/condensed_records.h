@@ -65,11 +65,12 @@ struct ChainRecord {
   bool changed = false;   // is in changed_
   bool is_new = false;    // holds an edge that was not there before
   bool composed = false;  // T_kept_free is up to date
+  bool lags = false;      // could not follow its ends when they moved: to be cut
 
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.node, self.root, self.level_edge, self.T_kept_free, self.length, self.chi2,
-            self.stamp, self.alive, self.changed, self.is_new, self.composed);
+            self.stamp, self.alive, self.changed, self.is_new, self.composed, self.lags);
   }
 };
 

@@ -97,16 +97,20 @@ SpanModel<G> GrowingSpan<G>::Model() const {
 }
 
 template <typename G>
-typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b) {
-  return -model.covariance.Dense().llt().solve(ShiftAt(model, T_a_b));
+typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b, Inside inside) {
+  typename G::Tangent d = T_a_b.Minus(model.T);
+  if (inside == Inside::kMean) d -= model.shift;
+  return model.covariance.Dense().llt().solve(d);
 }
 
 template <typename G>
 typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
                                ceres_costs::ErrorConvention convention,
-                               const typename G::Tangent& pull) {
+                               const typename G::Tangent& pull, Inside inside) {
   const EdgeLinearization<G> at(edge, Y, convention);
-  return at.B * (edge.covariance.Dense() * (at.B.transpose() * pull) - at.error);
+  typename G::Tangent moved = edge.covariance.Dense() * (at.B.transpose() * pull);
+  if (inside == Inside::kMean) moved -= at.error;
+  return at.B * moved;
 }
 
 template <typename G>
@@ -129,14 +133,18 @@ SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const S
 }
 
 template <typename G>
-SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c) {
+SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c,
+                        Inside inside) {
   const typename G::Matrix M = Transport(second.T);
-  const typename G::Tangent shift = M * first.shift + second.shift;
-  const typename G::Tangent innovation = T_a_c.Minus(first.T * second.T) - shift;
+  typename G::Tangent shift = G::Tangent::Zero(), innovation = T_a_c.Minus(first.T * second.T);
+  if (inside == Inside::kMean) {
+    shift = first.shift;
+    innovation -= M * first.shift + second.shift;
+  }
   const typename G::Matrix gain = first.covariance.Dense() * M.transpose();
   const typename G::Matrix sum = M * gain + second.covariance.Dense();
   SplitPose<G> split;
-  split.first = first.T.Plus(first.shift + gain * sum.llt().solve(innovation));
+  split.first = first.T.Plus(shift + gain * sum.llt().solve(innovation));
   split.second = split.first.Between(T_a_c);
   return split;
 }
@@ -161,6 +169,11 @@ double MissedAt(const SpanModel<G>& model, const G& T) {
     deviation_sq = std::max(deviation_sq, deviation.dot(llt.solve(deviation)));
   }
   return bend * std::sqrt(deviation_sq);
+}
+
+template <typename G>
+double GainAt(const SpanModel<G>& model) {
+  return model.cost - model.shift.dot(model.covariance.Dense().llt().solve(model.shift));
 }
 
 template <typename G>
@@ -197,19 +210,20 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
   return TermFromModel(model, SemiDefiniteInverse<G>(model.A), T);
 }
 
-#define HPGO_INSTANTIATE(G)                                                                  \
-  template class GrowingSpan<G>;                                                             \
-  template G::Tangent PullTowards(const SpanModel<G>&, const G&);                            \
-  template G::Tangent ShiftUnder(const EdgeMeasurement<G>&, const G&,                        \
-                                 ceres_costs::ErrorConvention, const G::Tangent&);           \
-  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                      \
-  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&); \
-  template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&);      \
-  template double BendAt(const SpanModel<G>&, const G&);                                     \
-  template double MissedAt(const SpanModel<G>&, const G&);                                   \
-  template double ChainWeight(const SpanModel<G>&);                                          \
-  template bool IsTwisted(const G&, const G&);                                               \
-  template StepWithinReach<G> TowardsWithinReach(const SpanModel<G>&, const G&, double);     \
+#define HPGO_INSTANTIATE(G)                                                                     \
+  template class GrowingSpan<G>;                                                                \
+  template G::Tangent PullTowards(const SpanModel<G>&, const G&, Inside);                       \
+  template G::Tangent ShiftUnder(const EdgeMeasurement<G>&, const G&,                           \
+                                 ceres_costs::ErrorConvention, const G::Tangent&, Inside);      \
+  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                         \
+  template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&);    \
+  template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&, Inside); \
+  template double BendAt(const SpanModel<G>&, const G&);                                        \
+  template double MissedAt(const SpanModel<G>&, const G&);                                      \
+  template double GainAt(const SpanModel<G>&);                                                  \
+  template double ChainWeight(const SpanModel<G>&);                                             \
+  template bool IsTwisted(const G&, const G&);                                                  \
+  template StepWithinReach<G> TowardsWithinReach(const SpanModel<G>&, const G&, double);        \
   template RelativePoseTerm<G> TermOfSpan(const SpanModel<G>&, const G&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)

@@ -61,16 +61,22 @@ class GrowingSpan {
   double cost_ = 0, length_ = 0;
 };
 
+// Where the inside of a stretch is, given its ends.
+enum class Inside {
+  kMean,   // the conditional mean: what its edges prefer
+  kYields  // where they are linearized, but for what they yield to the ends
+};
+
 // The perturbation of T that brings the ends of a stretch to T_a_b, as a pull there: the gradient
 // of the cost of the edges, halved.
 template <typename G>
-typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b);
+typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b, Inside inside);
 
-// The perturbation of an edge's Y under a pull there: what it prefers, and how it yields.
+// The perturbation of an edge's Y under a pull there: how it yields, and what it prefers.
 template <typename G>
 typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
                                ceres_costs::ErrorConvention convention,
-                               const typename G::Tangent& pull);
+                               const typename G::Tangent& pull, Inside inside);
 
 // T_a_b and T_b_c, where T_a_c is cut at b.
 template <typename G>
@@ -84,9 +90,10 @@ SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second);
 template <typename G>
 SpanModel<G> Join(const SpanModel<G>& first, const SpanModel<G>& second, const SplitPose<G>& at);
 
-// The conditional mean of the node between two stretches, given T_a_c of the outer ends.
+// The node between two stretches, given T_a_c of the outer ends.
 template <typename G>
-SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c);
+SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, const G& T_a_c,
+                        Inside inside);
 
 // How far T bends the stretch against where it was linearized: rad, or m per m of its length.
 template <typename G>
@@ -97,6 +104,11 @@ double BendAt(const SpanModel<G>& model, const G& T);
 // was found by turns, too.
 template <typename G>
 double MissedAt(const SpanModel<G>& model, const G& T);
+
+// What its edges would gain, in chi2, by a step of the nodes between its ends, where it was
+// linearized.
+template <typename G>
+double GainAt(const SpanModel<G>& model);
 
 // The weight of a chain where nodes are grouped: a group moves rigidly, and what is soft must not
 // be inside one. So chains come after all edges of the graph, the stiffest first: by the inverse of

@@ -28,6 +28,12 @@ struct ChainEdge {
   }
 };
 
+// What became of a chain that was to be linearized anew.
+struct SettleResult {
+  bool holds = true;  // its model does where its ends are; else all is as it was
+  int edges = 0;      // that were linearized
+};
+
 // All chains of a graph. A chain is a tree whose leaves hold up to kLeafEdges edges in order; every
 // span holds its model, computed from what is below when it was last linearized (`stale`: to be
 // computed anew when next asked for). Heights are balanced as in an AVL tree. Not synchronized.
@@ -74,18 +80,19 @@ class SpanTree {
   void PrepareFirst(Index root);
   // Linearizes anew, with T of the ends of the chain, every stretch whose model may miss more than
   // `tolerance`, in sqrt(chi2) (MissedAt). Returns the number of edges linearized.
-  int Settle(Index root, const G& T, double tolerance);
+  // `lags`: the last time did not do it; what is inside may gain though the ends are where they
+  // were.
+  SettleResult Settle(Index root, const G& T, double tolerance, bool lags = false);
   // The same of every stretch, until nothing moves any more.
-  void SettleAll(Index root, const G& T);
+  SettleResult SettleAll(Index root, const G& T);
   // The names of edges that Settle has found to be no part for a chain: turned against their
   // measurements by more than a linearization can reach, or amid a stretch whose step raises its
   // cost.
   std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
   // Linearizes every edge at Y, T_previous_next along the chain. O(n).
   void LinearizeAt(Index root, const std::function<G(const ChainEdge<G>&)>& Y);
-  // An edge given T of the ends of its chain: T_first_previous, and T_previous_next, the
-  // conditional means. O(log n).
-  SplitPose<G> PoseOf(Index edge, const G& T);
+  // An edge given T of the ends of its chain: T_first_previous, and T_previous_next. O(log n).
+  SplitPose<G> PoseOf(Index edge, const G& T, Inside inside);
   // The chain cut behind each of these edges: the pieces in order, and the edge each ends with; the
   // last one ends with the chain. O(log n) a cut.
   struct Piece {
@@ -93,10 +100,10 @@ class SpanTree {
     Index last = kNone;
   };
   std::vector<Piece> Cut(Index root, const std::vector<Index>& behind);
-  // visit(edge, Y): in order along the chain, with the conditional means of the relative poses.
+  // visit(edge, Y): in order along the chain, with the relative poses.
   template <typename Visitor>
-  void ForEachEdge(Index root, const G& T, Visitor&& visit) {
-    VisitSpan(root, T, visit);
+  void ForEachEdge(Index root, const G& T, Inside inside, Visitor&& visit) {
+    VisitSpan(root, T, inside, visit);
   }
 
   std::size_t MemoryBytes() const {
@@ -142,8 +149,8 @@ class SpanTree {
     return span.Model();
   }
   void ComputeLeaf(Span* leaf);
-  // The conditional means of the relative poses of a leaf's edges.
-  void DistributeLeaf(const Span& leaf, const G& T, G* poses) const;
+  // The relative poses of a leaf's edges.
+  void DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const;
 
   // span_tree_settle.cc
   // Which spans a pass looks into: those that bend far; those that miss too much; or all, but of
@@ -164,22 +171,32 @@ class SpanTree {
   };
   bool SettleSpan(Index span, const G& T, const Pass& pass, Settled* settled);
   void Undo(const Settled& settled);
-  int SettleInTurns(Index root, const G& T, double tolerance, double still);
+  static Index MiddleOf(const Settled& settled) {
+    return settled.before[settled.before.size() / 2].first;
+  }
+  void Remember(Index span, Settled* settled);
+  struct Goal {
+    G T;
+    double tolerance = 0, still = 0;
+    bool lags = false;
+  };
+  SettleResult GoTo(Index root, const Goal& goal, std::vector<Settled>* way);
+  SettleResult SettleInTurns(Index root, const Goal& goal);
 
   template <typename Visitor>
-  void VisitSpan(Index s, const G& T, Visitor& visit) {
+  void VisitSpan(Index s, const G& T, Inside inside, Visitor& visit) {
     Model(s);
     const Span& span = spans_[s];
     if (span.height == 0) {
       G poses[kLeafEdges];
-      DistributeLeaf(span, T, poses);
+      DistributeLeaf(span, T, inside, poses);
       for (int k = 0; k < span.count; ++k) visit(span.items[k], poses[k]);
       return;
     }
     const SplitPose<G> split =
-        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
-    VisitSpan(span.items[0], split.first, visit);
-    VisitSpan(span.items[1], split.second, visit);
+        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T, inside);
+    VisitSpan(span.items[0], split.first, inside, visit);
+    VisitSpan(span.items[1], split.second, inside, visit);
   }
 
   ceres_costs::ErrorConvention convention_;

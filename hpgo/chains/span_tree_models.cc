@@ -37,13 +37,14 @@ void SpanTree<G>::PrepareFirst(Index root) {
 
 // A pull on the ends acts on each edge by the transport from there, transposed.
 template <typename G>
-void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
-  typename G::Tangent pull = PullTowards(leaf.model, T);
+void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const {
+  typename G::Tangent pull = PullTowards(leaf.model, T, inside);
   const int last = leaf.count - 1;
   for (int k = last; k >= 0; --k) {
     const ChainEdge<G>& edge = edges_[leaf.items[k]];
-    if (k < last)
-      poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull));
+    if (k < last) {
+      poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull, inside));
+    }
     pull = (edge.Y.InverseAdjoint().transpose() * pull).eval();
   }
   G before;
@@ -52,7 +53,7 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, G* poses) const {
 }
 
 template <typename G>
-SplitPose<G> SpanTree<G>::PoseOf(Index edge, const G& T) {
+SplitPose<G> SpanTree<G>::PoseOf(Index edge, const G& T, Inside inside) {
   // The path from the root.
   Index path[64];
   int depth = 0;
@@ -62,14 +63,14 @@ SplitPose<G> SpanTree<G>::PoseOf(Index edge, const G& T) {
   for (--depth; depth > 0; --depth) {
     const Span& span = spans_[path[depth]];
     const SplitPose<G> split =
-        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, target);
+        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, target, inside);
     const bool left = span.items[0] == path[depth - 1];
     if (!left) before = before * split.first;
     target = left ? split.first : split.second;
   }
   const Span& leaf = spans_[path[0]];
   G poses[kLeafEdges];
-  DistributeLeaf(leaf, target, poses);
+  DistributeLeaf(leaf, target, inside, poses);
   int k = 0;
   while (leaf.items[k] != edge) before = before * poses[k++];
   return {before, poses[k]};

@@ -1,14 +1,18 @@
 // The tree of spans: where its edges are linearized, and the steps to where they rest.
 
 #include <algorithm>
+#include <utility>
 
 #include "hpgo/chains/span_tree.h"
+#include "hpgo/hierarchy/coarse_edge.h"
 
 namespace hpgo {
 namespace {
 
 // rad, or m per m, by which a span may bend on the way before it is looked into.
 constexpr double kFarOnTheWay = 0.05;
+// The same, of a span that is where it was linearized, but for rounding.
+constexpr double kNoBend = 1e-9;
 
 // T_i_j of the measurement where the edge is linearized.
 template <typename G>
@@ -27,7 +31,8 @@ bool TurnsTooFar(const ChainEdge<G>& edge) {
 template <typename G>
 bool SpanTree<G>::Pass::Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const {
   if (depth == Depth::kFar) return BendAt(model, T) > kFarOnTheWay;
-  return (depth == Depth::kLeaves && is_inner) || MissedAt(model, T) > tolerance;
+  if (depth == Depth::kLeaves && (is_inner || GainAt(model) > tolerance * tolerance)) return true;
+  return MissedAt(model, T) > tolerance;
 }
 
 template <typename G>
@@ -45,6 +50,20 @@ G SpanTree<G>::Relax(Index s) {
     T = T * edge.Y;
   }
   return T.Normalized();
+}
+
+// As it was before Relax.
+template <typename G>
+void SpanTree<G>::Remember(Index s, Settled* settled) {
+  const Span& span = spans_[s];
+  settled->models.emplace_back(s, Model(s));
+  for (int k = 0; k < span.count; ++k) {
+    if (span.height > 0) {
+      Remember(span.items[k], settled);
+    } else {
+      settled->before.emplace_back(span.items[k], edges_[span.items[k]].Y);
+    }
+  }
 }
 
 template <typename G>
@@ -71,7 +90,7 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
   settled->models.emplace_back(s, span.model);
   if (span.height == 0) {
     G poses[kLeafEdges];
-    DistributeLeaf(span, T, poses);
+    DistributeLeaf(span, T, Inside::kMean, poses);
     for (int k = 0; k < span.count; ++k) {
       ChainEdge<G>& edge = edges_[span.items[k]];
       settled->before.emplace_back(span.items[k], edge.Y);
@@ -86,7 +105,7 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
     return true;
   }
   const SplitPose<G> split =
-      Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T);
+      Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T, Inside::kMean);
   if (!SettleSpan(span.items[0], split.first, pass, settled) ||
       !SettleSpan(span.items[1], split.second, pass, settled)) {
     return false;
@@ -98,7 +117,10 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
 template <typename G>
 void SpanTree<G>::Undo(const Settled& settled) {
   for (const auto& [e, Y] : settled.before) edges_[e].Y = Y;
-  for (const auto& [s, model] : settled.models) spans_[s].model = model;
+  for (const auto& [s, model] : settled.models) {
+    spans_[s].model = model;
+    spans_[s].stale = false;
+  }
 }
 
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
@@ -106,19 +128,20 @@ void SpanTree<G>::Undo(const Settled& settled) {
 // spans that hardly bend are taken as they are, so that it costs what bends, not the length of the
 // chain; at T all of it is looked at. A step that turns an edge further than a linearization can
 // reach is made shorter. Where that does not help the edges are knotted, and the way begins at
-// their measurements instead. At T a step that raises the cost is the last and is taken back: bent
-// far enough, such steps would go anywhere, and the middle of what they bend, or of what does not
-// get to T, is no part for a chain.
+// their measurements instead. Bent far enough, steps at T would go anywhere: one that raises the
+// cost is the last. `way`: what was done, step by step, but for steps of one that was there before.
 template <typename G>
-int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double still) {
+SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled>* way) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
-  int edges = 0;
-  Depth depth = Depth::kMissed;
+  const double tolerance = goal.tolerance;
+  SettleResult result;
   double part = 1;
-  bool arrived = false, untied = false;
+  const bool stays = goal.lags && !(BendAt(Model(root), goal.T) > kNoBend);
+  bool arrived = stays, untied = false;
+  Depth depth = stays ? Depth::kLeaves : Depth::kMissed;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
-    const StepWithinReach<G> step = TowardsWithinReach(Model(root), T, part);
+    const StepWithinReach<G> step = TowardsWithinReach(Model(root), goal.T, part);
     Pass pass;
     pass.tolerance = tolerance;
     pass.depth = step.arrives ? depth : Depth::kFar;
@@ -126,29 +149,24 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     if (!arrived) pass.reach = kReach;
     Settled settled;
     const bool is_within = SettleSpan(root, step.T, pass, &settled);
-    if (step.arrives && settled.before.empty()) break;
-    edges += static_cast<int>(settled.before.size());
+    if (step.arrives && settled.before.empty()) return result;
+    result.edges += static_cast<int>(settled.before.size());
     if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
       // More than the model may miss, and so more than rounding: it is out of reach here.
-      if (tolerance > 0 && settled.gained < -tolerance * tolerance) {
-        unfit_.push_back(edges_[settled.before[settled.before.size() / 2].first].edge);
-      }
-      break;
+      result.holds = !(tolerance > 0) || settled.gained >= -tolerance * tolerance;
+      if (!result.holds) unfit_.push_back(edges_[MiddleOf(settled)].edge);
+      return result;
     }
     if (!is_within) {
       Undo(settled);
-      if (untied) {
-        const Span& span = spans_[root];
-        unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
-        break;
-      }
       part *= kShorter;
-      if (part < kShortest) {
-        Relax(root);
-        untied = true;
-        part = 1;
-      }
+      if (part > kShortest && !untied) continue;
+      if (std::exchange(untied, true)) break;
+      way->emplace_back();
+      Remember(root, &way->back());
+      Relax(root);
+      part = 1;
       continue;
     }
     for (const auto& [e, Y] : settled.before) {
@@ -157,23 +175,43 @@ int SpanTree<G>::SettleInTurns(Index root, const G& T, double tolerance, double 
     }
     part = 1;
     const bool comes_from_afar = !step.arrives || (turn > 0 && !arrived);
-    depth = settled.turn > still || comes_from_afar ? Depth::kLeaves : Depth::kMissed;
+    const bool moved = settled.turn > goal.still;
+    depth = moved || comes_from_afar ? Depth::kLeaves : Depth::kMissed;
     arrived = step.arrives;
-    if (tolerance < 0 && settled.turn <= still && arrived) break;
+    if (!stays) way->push_back(std::move(settled));
+    if (tolerance < 0 && !moved && arrived) return result;
   }
-  return edges;
+  result.holds = arrived;
+  return result;
+}
+
+// What does not get there stays as it was. It is to be cut, and so is what is bent further than a
+// term of its ends can say.
+template <typename G>
+SettleResult SpanTree<G>::SettleInTurns(Index root, const Goal& goal) {
+  std::vector<Settled> way;
+  SettleResult result = GoTo(root, goal, &way);
+  if (!result.holds) {
+    for (auto step = way.rbegin(); step != way.rend(); ++step) Undo(*step);
+  }
+  result.holds = result.holds && IsWithinTerm<G>(ShiftAt(Model(root), goal.T));
+  if (!result.holds && unfit_.empty()) {
+    const Span& span = spans_[root];
+    unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
+  }
+  return result;
 }
 
 template <typename G>
-int SpanTree<G>::Settle(Index root, const G& T, double tolerance) {
+SettleResult SpanTree<G>::Settle(Index root, const G& T, double tolerance, bool lags) {
   constexpr double kSmallTurn = 0.01;  // rad; what it leaves is of second order
-  return SettleInTurns(root, T, tolerance, kSmallTurn);
+  return SettleInTurns(root, {T, tolerance, kSmallTurn, lags});
 }
 
 template <typename G>
-void SpanTree<G>::SettleAll(Index root, const G& T) {
+SettleResult SpanTree<G>::SettleAll(Index root, const G& T) {
   constexpr double kStill = 1e-8;  // rad
-  SettleInTurns(root, T, -1, kStill);
+  return SettleInTurns(root, {T, -1, kStill});
 }
 
 template class SpanTree<ceres_costs::SE2>;

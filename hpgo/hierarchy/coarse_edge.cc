@@ -15,12 +15,17 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
+// The longest rotation of d: with one angle, that of the error, which wraps at pi; with three,
+// twice the tangent of half of it, near which J^-1 grows beyond bounds, and with it the rounding of
+// the information.
+template <typename G>
+constexpr double kMostRotation = G::kRotationDof == 1 ? 2.5 : 20;
+
 // The deviation E whose error e fulfils e = J d, J its Jacobian, and J^-1.
 template <typename G>
 G Deviation(const typename G::Tangent& d, typename G::Matrix* J_inverse) {
-  // Beyond this angle the error is about to wrap.
   typename G::Tangent turn = G::Tangent::Zero();
-  turn(G::kDim) = std::clamp(d(G::kDim), -2.5, 2.5);
+  turn(G::kDim) = d(G::kDim);
   G E = G().Retract(turn);
   const typename G::RotationMatrix R = E.matrix();
   J_inverse->setIdentity();
@@ -87,13 +92,16 @@ typename G::Matrix SemiDefiniteInverse<G>::Root() const {
 }
 
 template <typename G>
+bool IsWithinTerm(const typename G::Tangent& d) {
+  return d.template tail<G::kRotationDof>().norm() <= kMostRotation<G>;
+}
+
+template <typename G>
 RelativePoseTerm<G> TermFromModel(const QuadraticModel<G>& model,
                                   const SemiDefiniteInverse<G>& inverse, const G& T) {
   typename G::Tangent d = inverse.Times(model.b);
-  // Near half a turn J^-1 grows beyond bounds, and with it the rounding of the information.
-  constexpr double kMaxRotation = 20;
   const double rotation = d.template tail<G::kRotationDof>().norm();
-  if (rotation > kMaxRotation) d *= kMaxRotation / rotation;
+  if (rotation > kMostRotation<G>) d *= kMostRotation<G> / rotation;
   typename G::Matrix J_inverse;
   const G E = Deviation<G>(d, &J_inverse);
   RelativePoseTerm<G> term;
@@ -161,6 +169,9 @@ double QuadraticChange(const CoarseEdge<G>& edge, const RelativePoseTerm<G>* old
   return std::sqrt(std::max(0., difference.dot(edge.inverse.Times(difference))));
 }
 
+template bool IsWithinTerm<SE2>(const SE2::Tangent&);
+template bool IsWithinTerm<SE3>(const SE3::Tangent&);
+template bool IsWithinTerm<YawPose>(const YawPose::Tangent&);
 template RelativePoseTerm<SE2> TermFromModel(const QuadraticModel<SE2>&,
                                              const SemiDefiniteInverse<SE2>&, const SE2&);
 template RelativePoseTerm<SE3> TermFromModel(const QuadraticModel<SE3>&,

@@ -75,9 +75,14 @@ CoarseEdge<G> GalerkinEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 template <typename G>
 CoarseEdge<G> CondensedEdge(const Hierarchy<G>& hierarchy, int l, Index edge);
 
+// Whether TermFromModel can say that a model prefers T moved by d: not where that turns so far that
+// an error is about to wrap.
+template <typename G>
+bool IsWithinTerm(const typename G::Tangent& d);
+
 // The measurement whose gradient and Hessian at T are those of `model`, `inverse` that of its A:
-// with d = A^-1 b, an error e = J d, where J is the Jacobian at that error. Directions without
-// information stay without.
+// with d = A^-1 b, an error e = J d, where J is the Jacobian at that error, and d shortened to what
+// IsWithinTerm. Directions without information stay without.
 template <typename G>
 ceres_costs::RelativePoseTerm<G> TermFromModel(const ceres_costs::QuadraticModel<G>& model,
                                                const SemiDefiniteInverse<G>& inverse, const G& T);

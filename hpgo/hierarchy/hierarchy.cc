@@ -193,7 +193,9 @@ ceres_costs::FactorTerm<G> Hierarchy<G>::FactorOf(const EdgeData<G>& data) const
 template <typename G>
 bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
   const ceres_costs::RelativePoseTerm<G> old = levels_[0]->terms[edge];
-  if (!refresh_(edge, T)) return false;
+  const RefreshedChain refreshed = chains_.refresh(edge, T);
+  levels_[0]->edges[edge].lags = refreshed == RefreshedChain::kLags;
+  if (refreshed != RefreshedChain::kAnew) return refreshed == RefreshedChain::kLags;
   CoarseEdge<G> now;
   now.T_g_h = T;
   LinearizeFactor(FactorOf(0, edge), false, T, &now.model);
@@ -203,9 +205,16 @@ bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
 }
 
 template <typename G>
+double Hierarchy<G>::CostAt(Index edge, const G& T) const {
+  const LevelEdge& record = levels_[0]->edges[edge];
+  if (record.lags) return chains_.cost(edge, T);
+  return FactorCost(FactorOf(0, edge), record.node[0] == kNone, T);
+}
+
+template <typename G>
 double Hierarchy<G>::Merge(int l, Index edge) {
   LevelEdge& record = levels_[l]->edges[edge];
-  if (l == 1 && refresh_) {
+  if (l == 1 && chains_.refresh) {
     const G T_g_h = RelativePose(l, record.node[0], record.node[1]);
     for (Index c = record.first_child; c != kNone; c = levels_[0]->edges[c].next_sibling) {
       const LevelEdge& child = levels_[0]->edges[c];

@@ -69,15 +69,20 @@ class Hierarchy {
   void SetCondensed(Index edge, const ceres_costs::RelativePoseTerm<G>& term) {
     levels_[0]->terms[edge] = term;
   }
-  // Who keeps the chains: brings the term of such an edge up to date with the relative pose of its
-  // ends; true if it has changed.
-  using RefreshCondensed = std::function<bool(Index edge, const G& T)>;
-  void SetRefresh(RefreshCondensed refresh) { refresh_ = std::move(refresh); }
+  // Who keeps the chains: brings the term of such an edge up to date with the relative pose T of
+  // its ends, and knows what its edges cost.
+  struct Chains {
+    std::function<RefreshedChain(Index edge, const G& T)> refresh;
+    std::function<double(Index edge, const G& T)> cost;
+  };
+  void SetChains(Chains chains) { chains_ = std::move(chains); }
   // To be called before an edge of level 0 is linearized at T; notes how much its gradient changes.
-  // True if it has changed.
+  // True if it has changed, or is a chain that lags behind: its term says nothing of T.
   bool Refresh(Index edge, const G& T) {
-    return levels_[0]->edges[edge].condensed && refresh_ && RefreshChain(edge, T);
+    return levels_[0]->edges[edge].condensed && chains_.refresh && RefreshChain(edge, T);
   }
+  // Of an edge of level 0, with its ends at T; of a chain that lags behind, that of its edges.
+  double CostAt(Index edge, const G& T) const;
   // The edges that Refresh has changed since this was last asked, and by how much, in sqrt(chi2).
   std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
   // Replaces measurement, information and weight of an edge.
@@ -216,7 +221,7 @@ class Hierarchy {
   std::vector<LevelItem> unassigned_;  // nodes without a group on levels below the top
   std::vector<LevelItem> suspects_;    // groups that may have come apart
   ChunkedVector<Extra> extras_;        // by LevelEdge::extra
-  RefreshCondensed refresh_;
+  Chains chains_;
   std::vector<std::pair<Index, double>> refreshed_;
   std::vector<Index> free_extras_;
 

@@ -54,6 +54,13 @@ struct LevelNode {
 
 // The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
 // do not need it.
+// What became of a chain whose ends have moved.
+enum class RefreshedChain {
+  kHolds,  // its term does there
+  kAnew,   // it has another term now
+  kLags,   // it could not follow: all is as it was, and it is to be cut
+};
+
 struct LevelEdge {
   Index node[2] = {kNone, kNone};  // node[0] is kNone for a prior: the world frame
   Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};  // adjacency lists of the two ends
@@ -70,6 +77,7 @@ struct LevelEdge {
   bool dirty = false;            // is in Level::dirty
   bool centred = false;          // its next merge measures the current estimate (kCondensed)
   bool condensed = false;        // level 0: stands for a chain
+  bool lags = false;             // one that does not follow its ends
   Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
 
@@ -78,7 +86,7 @@ struct LevelEdge {
     archive(self.node, self.next, self.prev, self.parent, self.first_child, self.num_children,
             self.next_sibling, self.prev_sibling, self.queue_next, self.queue_prev, self.pending,
             self.changed, self.weight, self.alive, self.merged, self.queued, self.dirty,
-            self.centred, self.condensed, self.extra, self.generation);
+            self.centred, self.condensed, self.lags, self.extra, self.generation);
   }
 };
 

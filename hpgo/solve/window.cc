@@ -133,6 +133,23 @@ bool Window<G>::RefreshChains() {
   return any;
 }
 
+template <typename G>
+bool Window<G>::Lags() const {
+  const auto& edges = hierarchy_->level(0).edges;
+  return level_ == 0 &&
+         std::any_of(edges_.begin(), edges_.end(), [&](Index e) { return edges[e].lags; });
+}
+
+template <typename G>
+double Window<G>::Cost() const {
+  if (level_ > 0) return CostAt(subproblem_, subproblem_.poses);
+  double cost = 0;
+  for (std::size_t k = 0; k < edges_.size(); ++k) {
+    cost += hierarchy_->CostAt(edges_[k], RelativePose(k));
+  }
+  return cost;
+}
+
 // Nothing holds the window: its first node becomes constant, the last of the list.
 template <typename G>
 void Window<G>::HoldGauge() {
@@ -180,6 +197,14 @@ bool Window<G>::IsInterior(std::size_t k) const {
 template <typename G>
 void Window<G>::Restart() {
   before_ = subproblem_.poses;
+}
+
+template <typename G>
+void Window<G>::ShortenStep(double share) {
+  for (int k = 0; k < subproblem_.num_free; ++k) {
+    G& pose = subproblem_.poses[k];
+    pose = before_[k].Plus(share * pose.Minus(before_[k]));
+  }
 }
 
 template <typename G>

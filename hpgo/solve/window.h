@@ -45,13 +45,17 @@ class Window {
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 
   // On level 0: linearizes anew, at the subproblem's poses, the chains that are bent there. True if
-  // there were any: the cost is another one then.
+  // there were any, or some that could not follow: the cost is another one then.
   bool RefreshChains();
-  // At the subproblem's poses.
-  double Cost() const { return CostAt(subproblem_, subproblem_.poses); }
+  // Whether a chain does not follow its ends: its factor does not say what it costs.
+  bool Lags() const;
+  // At the subproblem's poses. Of chains that lag behind, that of their edges.
+  double Cost() const;
   // For another solve of what is there: what has been committed, its chains refreshed, is where it
   // begins.
   void Restart();
+  // Leaves a share of the motion since then.
+  void ShortenStep(double share);
   // Puts the poses back to where the solve began.
   void TakeBack();
   // Writes the free poses into the hierarchy.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "ceres_costs/factor_term.h"
@@ -56,6 +57,8 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
                                   const StressThresholds& thresholds, const Budget& budget,
                                   const IsKnown& is_known) {
   options.cancel = budget.cancel();
+  std::optional<double> true_cost;  // where the solver does not know it
+  if (window_.Lags()) true_cost = window_.Cost();
   SubproblemSummary summary = solver->Solve(options, &window_.subproblem());
   VLOG(2) << "window: level " << window_.level() << ", " << window_.num_free() << " nodes, "
           << window_.edges().size() << " edges, cost " << summary.initial_cost << " -> "
@@ -69,7 +72,9 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) result.status = WhyUnusable(summary.status);
   if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
-  if (window_.RefreshChains() && !ChainsGain(&summary)) return result;
+  if (window_.RefreshChains() && !ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) {
+    return result;
+  }
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
   result.decrease = summary.initial_cost - summary.final_cost;
@@ -92,14 +97,20 @@ void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
   RecordChanges(left_behind, thresholds, is_known);
 }
 
-// Chains bend on the way. False where the cost rises with them linearized where the step ends; the
-// poses are those before it then.
+// Chains bend on the way. Shortens the step until the cost falls with them linearized where it
+// ends; false if it does not, and the poses are those before it then.
 template <typename G>
-bool WindowStep<G>::ChainsGain(SubproblemSummary* summary) {
-  const double cost = window_.Cost();
-  if (cost < summary->initial_cost) {
-    summary->final_cost = cost;
-    return true;
+bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
+  for (int k = 0; k < kShorterSteps; ++k) {
+    const double cost = window_.Cost();
+    if (cost < cost_before) {
+      summary->initial_cost = cost_before;
+      summary->final_cost = cost;
+      summary->damped |= k > 0;
+      return true;
+    }
+    window_.ShortenStep(kShorterStep);
+    window_.RefreshChains();
   }
   window_.TakeBack();
   window_.RefreshChains();

@@ -57,7 +57,7 @@ class WindowStep {
   Status NotFinite(Index level_edge) const;
 
  private:
-  bool ChainsGain(SubproblemSummary* summary);
+  bool ChainsGain(double cost_before, SubproblemSummary* summary);
   bool GraphGains() const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;

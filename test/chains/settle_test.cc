@@ -1,5 +1,8 @@
 // What it costs to bend a straight chain into an arc, and where that ends.
 
+#include <utility>
+#include <vector>
+
 #include "gtest/gtest.h"
 #include "hpgo/chains/span_tree.h"
 
@@ -42,14 +45,14 @@ TYPED_TEST_SUITE(SettleTest, Groups);
 TYPED_TEST(SettleTest, TheWayCostsWhatBends) {
   constexpr int kEdges = 4096;
   const Index root = this->Straight(kEdges);
-  EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 1), 1e-3), 3 * kEdges);
+  EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 1), 1e-3).edges, 3 * kEdges);
 }
 
 // At the end all leaves are looked at, but few of them miss anything.
 TYPED_TEST(SettleTest, TheEndCostsWhatMisses) {
   constexpr int kEdges = 4096;
   const Index root = this->Straight(kEdges);
-  EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 0.6), 1e-3), kEdges / 2);
+  EXPECT_LT(this->tree_.Settle(root, this->Arc(kEdges, 0.6), 1e-3).edges, kEdges / 2);
 }
 
 // Each edge turns by 2 / 64 rad there.
@@ -70,8 +73,72 @@ TYPED_TEST(SettleTest, WhatComesFromAfarIsLookedAtAgain) {
   EXPECT_NEAR(this->tree_.Model(near).cost, 1e4 * 0.6 * 0.6 / 128, 0.1);
   EXPECT_TRUE(this->tree_.TakeUnfit().empty());
   const Index far = this->Straight(2048);
-  this->tree_.Settle(far, this->Arc(2048, 0.7), 1e-3);
+  EXPECT_FALSE(this->tree_.Settle(far, this->Arc(2048, 0.7), 1e-3).holds);
   EXPECT_FALSE(this->tree_.TakeUnfit().empty()) << "it is to be cut";
+}
+
+// Neither where steps on its way were well, nor where it began again at its measurements.
+TYPED_TEST(SettleTest, WhatDoesNotGetThereIsAsItWas) {
+  typename TypeParam::Tangent far = TypeParam::Tangent::Zero();
+  far(1) = 1e4;
+  const std::pair<int, TypeParam> ends[] = {{2048, this->Arc(2048, 0.7)},
+                                            {64, TypeParam().Plus(far)}};
+  for (const auto& [edges, T] : ends) {
+    const Index root = this->Straight(edges);
+    this->tree_.Settle(root, this->Arc(edges, 0.1), 1e-3);
+    const SpanModel<TypeParam> before = this->tree_.Model(root);
+    EXPECT_FALSE(this->tree_.Settle(root, T, 1e-3).holds);
+    EXPECT_FALSE(this->tree_.TakeUnfit().empty()) << "it is to be cut";
+    const SpanModel<TypeParam>& after = this->tree_.Model(root);
+    EXPECT_EQ(after.T.translation(), before.T.translation());
+    EXPECT_EQ(after.cost, before.cost);
+    EXPECT_EQ(after.shift, before.shift);
+  }
+}
+
+// The pull of a chain is that of one edge, whose error is about to wrap there.
+TYPED_TEST(SettleTest, WhatIsBentByAlmostHalfATurnIsCut) {
+  if (TypeParam::kRotationDof > 1) GTEST_SKIP() << "two tangents of the half angle reach further";
+  const Index near = this->Straight(64), far = this->Straight(64);
+  EXPECT_TRUE(this->tree_.Settle(near, this->Arc(64, 2.3), 1e-3).holds);
+  EXPECT_FALSE(this->tree_.Settle(far, this->Arc(64, 2.7), 1e-3).holds);
+  EXPECT_FALSE(this->tree_.TakeUnfit().empty());
+}
+
+// A leaf is not at its optimum where its first step ends, though its ends are where they should be:
+// an S here.
+TYPED_TEST(SettleTest, TheInsideOfALeafComesToRest) {
+  const Index root = this->Straight(12);
+  typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
+  d(0) = 11;
+  d(1) = 3;
+  ASSERT_TRUE(this->tree_.Settle(root, TypeParam().Plus(d), 1e-3).holds);
+  const SpanModel<TypeParam>& model = this->tree_.Model(root);
+  EXPECT_LT(GainAt(model), 0.01 * model.cost);
+}
+
+// What could not follow its ends stays where it is as long as they do, and yields to them.
+TYPED_TEST(SettleTest, WhatLagsMovesWithItsEndsAlone) {
+  const Index root = this->Straight(40);
+  std::vector<TypeParam> crooked;
+  this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
+    typename TypeParam::Tangent d = this->ahead_;
+    d(TypeParam::kDof - 1) = edge.edge % 2 == 0 ? 0.3 : -0.3;
+    crooked.push_back(TypeParam().Plus(d));
+    return crooked.back();
+  });
+  const TypeParam T = this->tree_.Model(root).T;
+  const auto follow = [&](const TypeParam& ends, double bound) {
+    TypeParam product;
+    std::size_t k = 0;
+    this->tree_.ForEachEdge(root, ends, Inside::kYields, [&](Index, const TypeParam& Y) {
+      EXPECT_LT(Y.LocalCoordinates(crooked[k++]).norm(), bound);
+      product = product * Y;
+    });
+    EXPECT_LT(product.LocalCoordinates(ends).norm(), 1e-9);
+  };
+  follow(T, 1e-9);
+  follow(T.Plus(0.4 * this->ahead_), 0.02);
 }
 
 }  // namespace

@@ -208,7 +208,7 @@ TYPED_TEST(SpanTest, InteriorsAreAtTheirConditionalOptimum) {
     this->tree_.SettleAll(root, T);
     std::vector<TypeParam> poses;
     TypeParam product;
-    this->tree_.ForEachEdge(root, T, [&](Index, const TypeParam& Y) {
+    this->tree_.ForEachEdge(root, T, Inside::kMean, [&](Index, const TypeParam& Y) {
       poses.push_back(Y);
       product = product * Y;
     });
