@@ -68,8 +68,11 @@ void CondensedGraph<G>::SetLags(Chain* chain, bool lags) {
 // So that nothing moves where it is cut.
 template <typename G>
 void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain) {
+  constexpr double kNoBend = 1e-9;  // rounding
+  const G T = TargetOf(*chain);
+  if (!(BendAt(spans_.Model(chain->root), T) > kNoBend)) return;
   std::vector<G> poses;
-  spans_.ForEachEdge(chain->root, TargetOf(*chain), InsideOf(*chain),
+  spans_.ForEachEdge(chain->root, T, InsideOf(*chain),
                      [&](Index, const G& Y) { poses.push_back(Y); });
   std::size_t k = 0;
   spans_.LinearizeAt(chain->root, [&](const ChainEdge<G>&) { return poses[k++]; });
@@ -129,7 +132,7 @@ void CondensedGraph<G>::SettleAll() {
   for (Chain& chain : chains_) {
     if (!chain.alive || chain.level_edge == kNone) continue;
     const G T = TargetOf(chain);
-    SetLags(&chain, !spans_.SettleAll(chain.root, T).holds);
+    SetLags(&chain, !spans_.SettleAll(chain.root, T, chain.lags).holds);
     if (!chain.lags) SetTerm(&chain, T);
   }
   BindUnfit();
@@ -143,8 +146,9 @@ void CondensedGraph<G>::LinearizeChainsAt(const std::vector<G>& poses) {
       const Edge& edge = edges_[part.edge];
       return poses[edge.node[part.reversed]].Between(poses[edge.node[!part.reversed]]);
     });
-    SetLags(&chain, false);
-    SetTerm(&chain, poses[chain.node[0]].Between(poses[chain.node[1]]));
+    const G T = poses[chain.node[0]].Between(poses[chain.node[1]]);
+    SetLags(&chain, !spans_.FitsTerm(chain.root, T));
+    SetTerm(&chain, T);
   }
   BindUnfit();
 }

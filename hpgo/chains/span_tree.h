@@ -30,7 +30,7 @@ struct ChainEdge {
 
 // What became of a chain that was to be linearized anew.
 struct SettleResult {
-  bool holds = true;  // its model does where its ends are; else all is as it was
+  bool holds = true;  // its model does where its ends are; else an edge of it is unfit
   int edges = 0;      // that were linearized
 };
 
@@ -79,16 +79,18 @@ class SpanTree {
   // chain that ends pays for no more than that. O(1) an edge, all told.
   void PrepareFirst(Index root);
   // Linearizes anew, with T of the ends of the chain, every stretch whose model may miss more than
-  // `tolerance`, in sqrt(chi2) (MissedAt). Returns the number of edges linearized.
-  // `lags`: the last time did not do it; what is inside may gain though the ends are where they
-  // were.
+  // `tolerance`, in sqrt(chi2) (MissedAt). What cannot get there stays as it was, but for what it
+  // gained where it was there before: `lags`, the last time did not do it.
   SettleResult Settle(Index root, const G& T, double tolerance, bool lags = false);
   // The same of every stretch, until nothing moves any more.
-  SettleResult SettleAll(Index root, const G& T);
+  SettleResult SettleAll(Index root, const G& T, bool lags = false);
   // The names of edges that Settle has found to be no part for a chain: turned against their
   // measurements by more than a linearization can reach, or amid a stretch whose step raises its
   // cost.
   std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
+  // Whether a term of the ends at T can say what the model says (IsWithinTerm); else an edge of it
+  // is unfit.
+  bool FitsTerm(Index root, const G& T);
   // Linearizes every edge at Y, T_previous_next along the chain. O(n).
   void LinearizeAt(Index root, const std::function<G(const ChainEdge<G>&)>& Y);
   // An edge given T of the ends of its chain: T_first_previous, and T_previous_next. O(log n).
@@ -175,6 +177,7 @@ class SpanTree {
     return settled.before[settled.before.size() / 2].first;
   }
   void Remember(Index span, Settled* settled);
+  void NameMiddle(Index root);
   struct Goal {
     G T;
     double tolerance = 0, still = 0;

@@ -154,7 +154,8 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
     if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
       // More than the model may miss, and so more than rounding: it is out of reach here.
-      result.holds = !(tolerance > 0) || settled.gained >= -tolerance * tolerance;
+      const bool is_rounding = tolerance > 0 && settled.gained >= -tolerance * tolerance;
+      result.holds = is_rounding || !(tolerance > 0 || goal.lags);
       if (!result.holds) unfit_.push_back(edges_[MiddleOf(settled)].edge);
       return result;
     }
@@ -185,20 +186,34 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
   return result;
 }
 
+template <typename G>
+bool SpanTree<G>::FitsTerm(Index root, const G& T) {
+  if (IsWithinTerm<G>(ShiftAt(Model(root), T))) return true;
+  NameMiddle(root);
+  return false;
+}
+
+template <typename G>
+void SpanTree<G>::NameMiddle(Index root) {
+  const Span& span = spans_[root];
+  const bool is_leaf = span.height == 0;
+  const Index middle = is_leaf ? span.items[span.count / 2] : LastEdge(span.items[0]);
+  unfit_.push_back(edges_[middle].edge);
+}
+
 // What does not get there stays as it was. It is to be cut, and so is what is bent further than a
 // term of its ends can say.
 template <typename G>
 SettleResult SpanTree<G>::SettleInTurns(Index root, const Goal& goal) {
   std::vector<Settled> way;
+  const std::size_t unfit_before = unfit_.size();
   SettleResult result = GoTo(root, goal, &way);
-  if (!result.holds) {
-    for (auto step = way.rbegin(); step != way.rend(); ++step) Undo(*step);
+  if (result.holds) {
+    result.holds = FitsTerm(root, goal.T);
+    return result;
   }
-  result.holds = result.holds && IsWithinTerm<G>(ShiftAt(Model(root), goal.T));
-  if (!result.holds && unfit_.empty()) {
-    const Span& span = spans_[root];
-    unfit_.push_back(edges_[LastEdge(span.height > 0 ? span.items[0] : root)].edge);
-  }
+  for (auto step = way.rbegin(); step != way.rend(); ++step) Undo(*step);
+  if (unfit_.size() == unfit_before) NameMiddle(root);
   return result;
 }
 
@@ -209,9 +224,9 @@ SettleResult SpanTree<G>::Settle(Index root, const G& T, double tolerance, bool 
 }
 
 template <typename G>
-SettleResult SpanTree<G>::SettleAll(Index root, const G& T) {
+SettleResult SpanTree<G>::SettleAll(Index root, const G& T, bool lags) {
   constexpr double kStill = 1e-8;  // rad
-  return SettleInTurns(root, {T, -1, kStill});
+  return SettleInTurns(root, {T, -1, kStill, lags});
 }
 
 template class SpanTree<ceres_costs::SE2>;

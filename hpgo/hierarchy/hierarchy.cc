@@ -227,6 +227,13 @@ double Hierarchy<G>::Merge(int l, Index edge) {
       galerkin ? GalerkinEdge(*this, l, edge) : CondensedEdge(*this, l, edge);
   const double change = QuadraticChange(merged, record.merged ? &levels_[l]->terms[edge] : nullptr);
   levels_[l]->terms[edge] = merged.term;
+  record.chi2 = static_cast<float>(merged.model.cost);
+  if (l > 1) {
+    record.chi2 = 0;
+    for (Index c = record.first_child; c != kNone; c = levels_[l - 1]->edges[c].next_sibling) {
+      record.chi2 += levels_[l - 1]->edges[c].chi2;
+    }
+  }
   record.merged = true;
   record.centred = false;
   record.changed = 0;
@@ -237,7 +244,8 @@ template <typename G>
 double Hierarchy<G>::CostDecrease(int l, Index edge, const G& before, const G& after,
                                   int* budget) const {
   const LevelEdge& record = levels_[l]->edges[edge];
-  if (l == 0 || *budget < record.num_children) {
+  if (l == 0) return CostAt(edge, before) - CostAt(edge, after);
+  if (*budget < record.num_children) {
     const bool unary = record.node[0] == kNone;
     const ceres_costs::FactorTerm<G> factor = FactorOf(l, edge);
     return FactorCost(factor, unary, before) - FactorCost(factor, unary, after);

@@ -52,15 +52,15 @@ struct LevelNode {
   }
 };
 
-// The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
-// do not need it.
 // What became of a chain whose ends have moved.
 enum class RefreshedChain {
   kHolds,  // its term does there
   kAnew,   // it has another term now
-  kLags,   // it could not follow: all is as it was, and it is to be cut
+  kLags,   // it could not follow, and is to be cut
 };
 
+// The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
+// do not need it.
 struct LevelEdge {
   Index node[2] = {kNone, kNone};  // node[0] is kNone for a prior: the world frame
   Index next[2] = {kNone, kNone}, prev[2] = {kNone, kNone};  // adjacency lists of the two ends
@@ -70,6 +70,7 @@ struct LevelEdge {
   Index queue_next = kNone, queue_prev = kNone;  // in Level::pending
   float pending = 0;  // an unexamined change on this level, in sqrt(chi2)
   float changed = 0;  // the change of the children since this edge was last merged, in sqrt(chi2)
+  float chi2 = 0;     // above level 0: of the edges of level 0 below, when it was last merged
   double weight = 0;  // W of the modularity (paper, eq. 2); above level 0 the sum of the children's
   bool alive = false;
   bool merged = false;           // level 0: is no longer new; above: the term holds a merge
@@ -85,7 +86,7 @@ struct LevelEdge {
   static void Fields(Archive& archive, Self& self) {
     archive(self.node, self.next, self.prev, self.parent, self.first_child, self.num_children,
             self.next_sibling, self.prev_sibling, self.queue_next, self.queue_prev, self.pending,
-            self.changed, self.weight, self.alive, self.merged, self.queued, self.dirty,
+            self.changed, self.chi2, self.weight, self.alive, self.merged, self.queued, self.dirty,
             self.centred, self.condensed, self.lags, self.extra, self.generation);
   }
 };

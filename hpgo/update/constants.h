@@ -31,11 +31,11 @@ inline constexpr double kLinearizedOfAWindow = 1000;
 template <typename G>
 inline constexpr double kMostLinearized = 2.5e6 / (G::kDof * G::kDof * G::kDof);
 // Times that a step whose chains cost more where it ends is made shorter, and by which factor.
-inline constexpr int kShorterSteps = 4;
+inline constexpr int kShorterSteps = 3;
 inline constexpr double kShorterStep = 0.3;
-// Half radians by which a coarse edge turns for the edges below it to be asked whether the cost
-// falls; and how many of them are asked at most.
-inline constexpr double kHalfTurnToAskBelow = 0.025;
+// Of what a step above level 0 promises, what its edges may miss before those below are asked
+// whether the cost falls; and how many of them are asked at most.
+inline constexpr double kShareMissedUnasked = 0.01;
 inline constexpr int kMostAskedBelow = 2000;
 
 // --- Windows by time.

@@ -174,11 +174,17 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   sum.at_rest = false;  // that of an update is no optimum
   const bool goes_on = !has_changes || (sum.status.ok() && !budget.IsStopped());
   if (at_once || (goes_on && FitsWhole(none, budget))) {
-    const Changes& left = at_once ? changes : none;
-    ResetDepth();
-    const Step full = Run(left, Mode::kFull, Budget(budget.Rest()), depth_, gauge);
-    Accumulate(full.report, &sum);
-    sum.at_rest = full.whole != WholeSolve::kCutShort && full.report.status.ok();
+    Step full;
+    // Chains that could not follow are cut first.
+    for (int round = 0; round < kFullTurns; ++round) {
+      ResetDepth();
+      full = Run(at_once && round == 0 ? changes : none, Mode::kFull, Budget(budget.Rest()), depth_,
+                 gauge);
+      Accumulate(full.report, &sum);
+      const bool has_ended = full.report.status.ok() && full.whole != WholeSolve::kCutShort;
+      sum.at_rest = has_ended && graph_.num_changes() == 0;
+      if (sum.at_rest || !has_ended || budget.IsStopped()) break;
+    }
     rest_ = sum.at_rest ? Rest::kOptimum : Rest::kNot;
     if (!full.report.status.ok()) {  // the rest is done
       Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "ceres_costs/factor_term.h"
 #include "glog/logging.h"
@@ -71,7 +72,8 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   result.damped = summary.damped;
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) result.status = WhyUnusable(summary.status);
-  if (!usable || !(summary.final_cost < summary.initial_cost) || !GraphGains()) return result;
+  const double promised = summary.initial_cost - summary.final_cost;
+  if (!usable || !(promised > 0) || !GraphGains(promised)) return result;
   if (window_.RefreshChains() && !ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) {
     return result;
   }
@@ -101,7 +103,11 @@ void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
 // ends; false if it does not, and the poses are those before it then.
 template <typename G>
 bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
-  for (int k = 0; k < kShorterSteps; ++k) {
+  for (int k = 0; k <= kShorterSteps; ++k) {
+    if (k > 0) {
+      window_.ShortenStep(kShorterStep);
+      window_.RefreshChains();
+    }
     const double cost = window_.Cost();
     if (cost < cost_before) {
       summary->initial_cost = cost_before;
@@ -109,34 +115,45 @@ bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
       summary->damped |= k > 0;
       return true;
     }
-    window_.ShortenStep(kShorterStep);
-    window_.RefreshChains();
   }
   window_.TakeBack();
   window_.RefreshChains();
   return false;
 }
 
-// Whether the cost of the graph itself falls. A coarse edge says little about far turns, least of
-// all where the edges it stands for are stretched.
+// What a coarse edge may miss, in chi2, of the cost of those below: their errors turn with it,
+// those they have and those that the step brings.
 template <typename G>
-bool WindowStep<G>::GraphGains() const {
+double WindowStep<G>::MayMiss(std::size_t k) const {
+  const G before = window_.RelativePoseBefore(k), after = window_.RelativePose(k);
+  const int l = window_.level();
+  const Index e = window_.edges()[k];
+  const LevelEdge& edge = hierarchy_->level(l).edges[e];
+  const double change =
+      FactorChange(hierarchy_->FactorOf(l, e), edge.node[0] == kNone, before, after);
+  const double turn = 2 * HalfRotation(before.Between(after));
+  return turn * change * (change + std::sqrt(std::max(0.f, edge.chi2)));
+}
+
+// Whether the cost of the graph itself falls. Where coarse edges may miss much of what they promise
+// those below are asked.
+template <typename G>
+bool WindowStep<G>::GraphGains(double promised) const {
   const int l = window_.level();
   if (l == 0 || hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return true;
-  const auto is_far = [&](std::size_t k) {
-    return !(HalfRotation(window_.RelativePoseBefore(k).Between(window_.RelativePose(k))) <
-             kHalfTurnToAskBelow);
-  };
   const std::size_t num_edges = window_.edges().size();
-  std::size_t first_far = 0;
-  while (first_far < num_edges && !is_far(first_far)) ++first_far;
-  if (first_far == num_edges) return true;
+  const double most = kShareMissedUnasked * promised;
+  std::vector<double> missed(num_edges);
+  double sum = 0;
+  for (std::size_t k = 0; k < num_edges; ++k) sum += missed[k] = MayMiss(k);
+  if (sum < most) return true;
   int left = kMostAskedBelow;
   double decrease = 0;
   for (std::size_t k = 0; k < num_edges; ++k) {
     int none = 0;
+    const bool is_asked = !(missed[k] < most / num_edges);
     decrease += hierarchy_->CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
-                                         window_.RelativePose(k), is_far(k) ? &left : &none);
+                                         window_.RelativePose(k), is_asked ? &left : &none);
   }
   return decrease > 0;
 }

@@ -58,7 +58,8 @@ class WindowStep {
 
  private:
   bool ChainsGain(double cost_before, SubproblemSummary* summary);
-  bool GraphGains() const;
+  double MayMiss(std::size_t edge) const;
+  bool GraphGains(double promised) const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
   void RecordChanges(double left_behind, const StressThresholds& thresholds,

@@ -96,6 +96,18 @@ TYPED_TEST(SettleTest, WhatDoesNotGetThereIsAsItWas) {
   }
 }
 
+// Though others have named theirs, and nobody has asked yet.
+TYPED_TEST(SettleTest, EveryChainThatDoesNotGetThereNamesAnEdge) {
+  typename TypeParam::Tangent far = TypeParam::Tangent::Zero();
+  far(1) = 1e4;
+  for (const int edges : {64, 12}) {
+    for (int chain = 0; chain < 2; ++chain) {
+      EXPECT_FALSE(this->tree_.SettleAll(this->Straight(edges), TypeParam().Plus(far)).holds);
+    }
+    EXPECT_GE(this->tree_.TakeUnfit().size(), 2u) << edges;
+  }
+}
+
 // The pull of a chain is that of one edge, whose error is about to wrap there.
 TYPED_TEST(SettleTest, WhatIsBentByAlmostHalfATurnIsCut) {
   if (TypeParam::kRotationDof > 1) GTEST_SKIP() << "two tangents of the half angle reach further";

@@ -15,12 +15,7 @@ namespace {
 template <typename G>
 class BentChainsTest : public testing::Test {
  protected:
-  // check(before, report, after): the costs around updates without changes, up to 40 after every 20
-  // nodes.
-  template <typename Check>
-  static void Drive(World world, std::uint64_t seed, double noise_rotation,
-                    const std::shared_ptr<const ceres::LossFunction>& loss, Check&& check) {
-    SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(noise_rotation) + " rad");
+  static SyntheticGraph<G> Generate(World world, std::uint64_t seed, double noise_rotation) {
     GenerateOptions generate;
     generate.world = world;
     generate.nodes = 300;
@@ -28,7 +23,16 @@ class BentChainsTest : public testing::Test {
     generate.noise_rotation = noise_rotation;
     generate.noise_translation = 0.02 * noise_rotation;
     generate.outliers = 0.25;
-    const SyntheticGraph<G> synthetic = *GenerateGraph<G>(generate);
+    return *GenerateGraph<G>(generate);
+  }
+
+  // check(before, report, after): the costs around updates without changes, up to 40 after every 20
+  // nodes.
+  template <typename Check>
+  static void Drive(World world, std::uint64_t seed, double noise_rotation,
+                    const std::shared_ptr<const ceres::LossFunction>& loss, Check&& check) {
+    SCOPED_TRACE("seed " + std::to_string(seed) + ", " + std::to_string(noise_rotation) + " rad");
+    const SyntheticGraph<G> synthetic = Generate(world, seed, noise_rotation);
     Optimizer<G> optimizer;
     for (const ReplayStep& step : ReplaySteps(synthetic.graph)) {
       ASSERT_TRUE(ApplyStep<G>(synthetic.graph, step, loss, &optimizer).ok());
@@ -70,6 +74,24 @@ TYPED_TEST(BentChainsTest, AWindowThatIsSolvedGains) {
                   if (report.at_rest || report.windows + report.top_solves == 0) return;
                   EXPECT_LT(after, before);
                 });
+  }
+}
+
+// Chains that could not follow are cut before it is at rest.
+TYPED_TEST(BentChainsTest, ConvergeRestsAtAnOptimum) {
+  for (const std::uint64_t seed : {11, 13, 15}) {
+    SCOPED_TRACE(seed);
+    const SyntheticGraph<TypeParam> synthetic = this->Generate(World::kCity, seed, 0.05);
+    Optimizer<TypeParam> optimizer;
+    for (const ReplayStep& step : ReplaySteps(synthetic.graph)) {
+      ASSERT_TRUE(ApplyStep<TypeParam>(synthetic.graph, step, nullptr, &optimizer).ok());
+      if (optimizer.num_nodes() % 60 != 0) continue;
+      if (!optimizer.Converge().at_rest) continue;
+      const auto& edges = optimizer.hierarchy().level(0).edges;
+      for (Index e = 0; e < static_cast<Index>(edges.size()); ++e) {
+        EXPECT_FALSE(edges[e].alive && edges[e].lags) << "at node " << optimizer.num_nodes();
+      }
+    }
   }
 }
 

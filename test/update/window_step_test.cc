@@ -94,7 +94,7 @@ TEST_F(AskBelowTest, AFarTurnIsNotTakenWhereTheEdgesBelowDisagree) {
   EXPECT_FALSE(Follows(0.2, 5));
 }
 
-TEST_F(AskBelowTest, ASmallOneIsTakenAsItIs) { EXPECT_TRUE(Follows(0.02, 5)); }
+TEST_F(AskBelowTest, ASmallOneIsTakenAsItIs) { EXPECT_TRUE(Follows(0.002, 5)); }
 
 // However many edges there are below: what is asked is bounded.
 TEST_F(AskBelowTest, ATurnOfMoreEdgesThanMayBeAskedIsTakenAsItIs) {
