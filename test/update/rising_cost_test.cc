@@ -1,6 +1,6 @@
 // An update without changes does not end above the cost it began with under noise that is large:
 // with 0.2 rad and 0.2 m an edge, chains bend further than their linearizations reach. Levels above
-// may be a little stale, and with three windows an update one rise of 0.5 % is known.
+// may be a little stale where windows are small.
 
 #include <algorithm>
 
@@ -14,7 +14,7 @@ namespace {
 
 // With small windows, so that all kinds of them are met.
 template <typename G>
-void ExpectNoRise(World world, int max_windows, double bound, std::uint64_t seed) {
+void ExpectNoRise(World world, int max_windows, std::uint64_t seed) {
   SCOPED_TRACE("seed " + std::to_string(seed));
   GenerateOptions generate;
   generate.world = world;
@@ -35,7 +35,7 @@ void ExpectNoRise(World world, int max_windows, double bound, std::uint64_t seed
     for (int k = 0; k < 5; ++k) {
       const UpdateReport report = optimizer.Update();
       const double after = optimizer.Cost();
-      ASSERT_LE(after, before * (1 + bound) + 1e-12)
+      ASSERT_LE(after, before * (1 + 1e-5) + 1e-12)
           << "at node " << optimizer.num_nodes() << ", update " << k << ": the report has "
           << report.cost_decrease;
       before = after;
@@ -51,8 +51,7 @@ TYPED_TEST_SUITE(RisingCostTest, Groups);
 TYPED_TEST(RisingCostTest, AnUpdateWithoutChangesDoesNotRaiseIt) {
   for (const World world : {World::kCity, World::kManhattan}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
-      ExpectNoRise<TypeParam>(world, 6, 1e-5, seed);
-      ExpectNoRise<TypeParam>(world, 3, 0.01, seed);
+      for (const int max_windows : {3, 6}) ExpectNoRise<TypeParam>(world, max_windows, seed);
     }
   }
 }
