@@ -68,9 +68,8 @@ void CondensedGraph<G>::SetLags(Chain* chain, bool lags) {
 // So that nothing moves where it is cut.
 template <typename G>
 void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain) {
-  constexpr double kNoBend = 1e-9;  // rounding
   const G T = TargetOf(*chain);
-  if (!(BendAt(spans_.Model(chain->root), T) > kNoBend)) return;
+  if (IsLinearizedAt(spans_.Model(chain->root), T)) return;
   std::vector<G> poses;
   spans_.ForEachEdge(chain->root, T, InsideOf(*chain),
                      [&](Index, const G& Y) { poses.push_back(Y); });
@@ -103,13 +102,10 @@ RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
 template <typename G>
 double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
   double cost = 0;
-  ceres_costs::FactorTerm<G> factor;
-  factor.convention = hierarchy_.options().convention;
   const Chain& chain = chains_[~edge_of_level_[level_edge]];
   spans_.ForEachEdge(chain.root, T, InsideOf(chain), [&](Index at, const G& Y) {
     const ChainEdge<G>& edge = spans_.edge(at);
-    factor.term = &edge.term;
-    cost += FactorCost(factor, false, edge.reversed ? Y.Inverse() : Y);
+    cost += FactorCost(FactorOf(edge.edge), false, edge.reversed ? Y.Inverse() : Y);
   });
   return cost;
 }

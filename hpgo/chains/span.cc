@@ -98,8 +98,8 @@ SpanModel<G> GrowingSpan<G>::Model() const {
 
 template <typename G>
 typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b, Inside inside) {
-  typename G::Tangent d = T_a_b.Minus(model.T);
-  if (inside == Inside::kMean) d -= model.shift;
+  const typename G::Tangent d =
+      inside == Inside::kMean ? typename G::Tangent(-ShiftAt(model, T_a_b)) : T_a_b.Minus(model.T);
   return model.covariance.Dense().llt().solve(d);
 }
 

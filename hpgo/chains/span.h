@@ -99,6 +99,13 @@ SplitPose<G> Distribute(const SpanModel<G>& first, const SpanModel<G>& second, c
 template <typename G>
 double BendAt(const SpanModel<G>& model, const G& T);
 
+// Whether it was linearized there, but for rounding.
+template <typename G>
+bool IsLinearizedAt(const SpanModel<G>& model, const G& T) {
+  constexpr double kRounding = 1e-9;  // of a bend
+  return !(BendAt(model, T) > kRounding);
+}
+
 // What the model may miss at T, in sqrt(chi2): the bend, times the whitened deviation from the
 // mean, there or at T. Its covariance turns by the one, and pulls with the other; and what the mean
 // was found by turns, too.

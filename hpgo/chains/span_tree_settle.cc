@@ -11,8 +11,6 @@ namespace {
 
 // rad, or m per m, by which a span may bend on the way before it is looked into.
 constexpr double kFarOnTheWay = 0.05;
-// The same, of a span that is where it was linearized, but for rounding.
-constexpr double kNoBend = 1e-9;
 
 // T_i_j of the measurement where the edge is linearized.
 template <typename G>
@@ -137,7 +135,7 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
   const double tolerance = goal.tolerance;
   SettleResult result;
   double part = 1;
-  const bool stays = goal.lags && !(BendAt(Model(root), goal.T) > kNoBend);
+  const bool stays = goal.lags && IsLinearizedAt(Model(root), goal.T);
   bool arrived = stays, untied = false;
   Depth depth = stays ? Depth::kLeaves : Depth::kMissed;
   for (int turn = 0; turn < kMaxTurns; ++turn) {

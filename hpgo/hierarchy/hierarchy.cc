@@ -194,7 +194,6 @@ template <typename G>
 bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
   const ceres_costs::RelativePoseTerm<G> old = levels_[0]->terms[edge];
   const RefreshedChain refreshed = chains_.refresh(edge, T);
-  levels_[0]->edges[edge].lags = refreshed == RefreshedChain::kLags;
   if (refreshed != RefreshedChain::kAnew) return refreshed == RefreshedChain::kLags;
   CoarseEdge<G> now;
   now.T_g_h = T;

@@ -69,8 +69,8 @@ class Hierarchy {
   void SetCondensed(Index edge, const ceres_costs::RelativePoseTerm<G>& term) {
     levels_[0]->terms[edge] = term;
   }
-  // Who keeps the chains: brings the term of such an edge up to date with the relative pose T of
-  // its ends, and knows what its edges cost.
+  // Who keeps the chains, and LevelEdge::lags: brings the term of such an edge up to date with the
+  // relative pose T of its ends, and knows what its edges cost.
   struct Chains {
     std::function<RefreshedChain(Index edge, const G& T)> refresh;
     std::function<double(Index edge, const G& T)> cost;

@@ -78,7 +78,7 @@ struct LevelEdge {
   bool dirty = false;            // is in Level::dirty
   bool centred = false;          // its next merge measures the current estimate (kCondensed)
   bool condensed = false;        // level 0: stands for a chain
-  bool lags = false;             // one that does not follow its ends
+  bool lags = false;             // one that does not follow its ends; kept by who keeps the chains
   Index extra = kNone;           // level 0: more data (loss, offset, custom cost), if it has any
   std::uint32_t generation = 0;  // counts the edges that have had this index
 

@@ -142,7 +142,6 @@ bool Window<G>::Lags() const {
 
 template <typename G>
 double Window<G>::Cost() const {
-  if (level_ > 0) return CostAt(subproblem_, subproblem_.poses);
   double cost = 0;
   for (std::size_t k = 0; k < edges_.size(); ++k) {
     cost += hierarchy_->CostAt(edges_[k], RelativePose(k));

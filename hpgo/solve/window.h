@@ -49,7 +49,7 @@ class Window {
   bool RefreshChains();
   // Whether a chain does not follow its ends: its factor does not say what it costs.
   bool Lags() const;
-  // At the subproblem's poses. Of chains that lag behind, that of their edges.
+  // On level 0, at the subproblem's poses. Of chains that lag behind, that of their edges.
   double Cost() const;
   // For another solve of what is there: what has been committed, its chains refreshed, is where it
   // begins.

@@ -48,14 +48,11 @@ UpdateReport Updater<G>::Refine(const Changes& changes, const UpdateLimits& limi
   do {
     if (solved_at_depth_ > kMostPasses * graph_.hierarchy().level(0).num_nodes) {
       // Windows that undo each other's work, or that are small beside what they belong to.
-      const Step full = Run(left, Mode::kFull, Budget(budget.Rest(), true), depth_, gauge);
-      left = Changes::None(changes.newest);
+      const Step full = RunWhole(left, budget, gauge);
+      const bool ended = full.whole != WholeSolve::kCutShort;
+      if (ended) solved_at_depth_ = 0;
       Accumulate(full.report, &sum);
-      sum.at_rest = false;
-      if (!full.report.status.ok() || full.whole == WholeSolve::kCutShort) break;
-      if (graph_.num_changes() > 0) continue;  // chains that could not follow are cut first
-      solved_at_depth_ = 0;
-      sum.at_rest = true;
+      sum.at_rest = full.report.status.ok() && ended;
       break;
     }
     const UpdateReport report =

@@ -107,6 +107,27 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
   return step;
 }
 
+// The whole graph, again where chains could not follow, after they are cut. Cut short is what has
+// left such chains as well.
+template <typename G>
+typename Updater<G>::Step Updater<G>::RunWhole(const Changes& changes, const Budget& budget,
+                                               Gauge<G>* gauge) {
+  Changes left = changes;
+  Step sum;
+  for (int round = 0; round < kFullTurns; ++round) {
+    const Step step =
+        Run(left, Mode::kFull, Budget(budget.Rest(), budget.IsToRest()), depth_, gauge);
+    left = Changes::None(changes.newest);
+    Accumulate(step.report, &sum.report);
+    sum.whole = step.whole;
+    if (!step.report.status.ok() || sum.whole == WholeSolve::kCutShort) return sum;
+    if (graph_.num_changes() == 0) return sum;
+    sum.whole = WholeSolve::kCutShort;
+    if (budget.IsStopped()) return sum;
+  }
+  return sum;
+}
+
 // Of much that is far off, bent chains, windows and rigid groups make knots.
 template <typename G>
 bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const {
@@ -174,17 +195,10 @@ UpdateReport Updater<G>::Converge(const Changes& changes, const UpdateLimits& li
   sum.at_rest = false;  // that of an update is no optimum
   const bool goes_on = !has_changes || (sum.status.ok() && !budget.IsStopped());
   if (at_once || (goes_on && FitsWhole(none, budget))) {
-    Step full;
-    // Chains that could not follow are cut first.
-    for (int round = 0; round < kFullTurns; ++round) {
-      ResetDepth();
-      full = Run(at_once && round == 0 ? changes : none, Mode::kFull, Budget(budget.Rest()), depth_,
-                 gauge);
-      Accumulate(full.report, &sum);
-      const bool has_ended = full.report.status.ok() && full.whole != WholeSolve::kCutShort;
-      sum.at_rest = has_ended && graph_.num_changes() == 0;
-      if (sum.at_rest || !has_ended || budget.IsStopped()) break;
-    }
+    ResetDepth();
+    const Step full = RunWhole(at_once ? changes : none, budget, gauge);
+    Accumulate(full.report, &sum);
+    sum.at_rest = full.whole != WholeSolve::kCutShort && full.report.status.ok();
     rest_ = sum.at_rest ? Rest::kOptimum : Rest::kNot;
     if (!full.report.status.ok()) {  // the rest is done
       Accumulate(Update(none, Mode::kPartial, budget.Rest(), gauge), &sum);

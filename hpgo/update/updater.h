@@ -42,6 +42,7 @@ class Updater {
   // What a call reports that has nothing to do.
   UpdateReport Unchanged() const;
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
+  Step RunWhole(const Changes& changes, const Budget& budget, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
   bool FitsWhole(const Changes& changes, const Budget& budget) const;
