@@ -11,6 +11,8 @@ namespace {
 
 // rad, or m per m, by which a span may bend on the way before it is looked into.
 constexpr double kFarOnTheWay = 0.05;
+// Of a cost, what a step loses that gains nothing any more.
+constexpr double kRounding = 1e-9;
 
 // T_i_j of the measurement where the edge is linearized.
 template <typename G>
@@ -152,8 +154,8 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
     if (arrived && !(settled.gained >= 0)) {
       Undo(settled);
       // More than the model may miss, and so more than rounding: it is out of reach here.
-      const bool is_rounding = tolerance > 0 && settled.gained >= -tolerance * tolerance;
-      result.holds = is_rounding || !(tolerance > 0 || goal.lags);
+      const double rounding = tolerance > 0 ? tolerance * tolerance : kRounding * Model(root).cost;
+      result.holds = settled.gained >= -rounding || !(tolerance > 0 || goal.lags);
       if (!result.holds) unfit_.push_back(edges_[MiddleOf(settled)].edge);
       return result;
     }

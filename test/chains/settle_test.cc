@@ -104,7 +104,9 @@ TYPED_TEST(SettleTest, EveryChainThatDoesNotGetThereNamesAnEdge) {
     for (int chain = 0; chain < 2; ++chain) {
       EXPECT_FALSE(this->tree_.SettleAll(this->Straight(edges), TypeParam().Plus(far)).holds);
     }
-    EXPECT_GE(this->tree_.TakeUnfit().size(), 2u) << edges;
+    const std::vector<Index> unfit = this->tree_.TakeUnfit();
+    EXPECT_GE(unfit.size(), 2u) << edges;
+    for (const Index edge : unfit) EXPECT_NEAR(edge, edges / 2, edges / 4) << edges;
   }
 }
 
@@ -128,6 +130,42 @@ TYPED_TEST(SettleTest, TheInsideOfALeafComesToRest) {
   ASSERT_TRUE(this->tree_.Settle(root, TypeParam().Plus(d), 1e-3).holds);
   const SpanModel<TypeParam>& model = this->tree_.Model(root);
   EXPECT_LT(GainAt(model), 0.01 * model.cost);
+}
+
+// Coiled up, where a step at last raises its cost; with and without a tolerance. What it has gained
+// until then it keeps.
+TYPED_TEST(SettleTest, WhatLagsGoesOnLagging) {
+  const bool is_flat = TypeParam::kRotationDof == 1;
+  const Index root = this->Straight(is_flat ? 12 : 40);
+  const auto coil = [&](const ChainEdge<TypeParam>&) {
+    typename TypeParam::Tangent d = this->ahead_;
+    d(TypeParam::kDof - 1) = is_flat ? 0.8 : 1.2;
+    return TypeParam().Plus(d);
+  };
+  for (const double tolerance : {-1., 1e-3}) {
+    this->tree_.LinearizeAt(root, coil);
+    const SpanModel<TypeParam> before = this->tree_.Model(root);
+    const bool holds = tolerance < 0 ? this->tree_.SettleAll(root, before.T, true).holds
+                                     : this->tree_.Settle(root, before.T, tolerance, true).holds;
+    EXPECT_FALSE(holds) << tolerance;
+    EXPECT_LT(this->tree_.Model(root).cost, 0.9 * before.cost) << tolerance;
+  }
+}
+
+// A zigzag: where its first step raises its cost it lags, though nobody names a tolerance; where it
+// comes to rest but for rounding it does not.
+TYPED_TEST(SettleTest, WhatLagsIsToldFromWhatRests) {
+  const auto settle = [&](double turn, int period, int edges) {
+    const Index root = this->Straight(edges);
+    this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
+      typename TypeParam::Tangent d = this->ahead_;
+      d(TypeParam::kDof - 1) = edge.edge % period < period / 2 ? turn : -turn;
+      return TypeParam().Plus(d);
+    });
+    return this->tree_.SettleAll(root, this->tree_.Model(root).T, true).holds;
+  };
+  EXPECT_FALSE(settle(0.8, 8, 40));
+  EXPECT_TRUE(settle(0.4, 4, 12));
 }
 
 // What could not follow its ends stays where it is as long as they do, and yields to them.

@@ -203,6 +203,7 @@ TYPED_TEST(HierarchyTest, CostDecreaseIsThatOfTheGraphWithinItsBudget) {
     const Index g = level.edges[e].node[0], h = level.edges[e].node[1];
     const TypeParam T_world_h = hierarchy.WorldPose(l, h), before = hierarchy.RelativePose(l, g, h);
     double in_graph = cost(0, fine), in_level = cost(l, {e});
+    EXPECT_NEAR(level.edges[e].chi2, in_graph, 1e-5 * in_graph);
     hierarchy.SetWorldPose(l, h, T_world_h * this->RandomPose(0.5));
     const TypeParam after = hierarchy.RelativePose(l, g, h);
     in_graph -= cost(0, fine);
@@ -216,6 +217,20 @@ TYPED_TEST(HierarchyTest, CostDecreaseIsThatOfTheGraphWithinItsBudget) {
                 1e-9 * (1 + std::abs(in_level)));
     EXPECT_EQ(none, 0);
   }
+}
+
+// What its term says is not what it costs.
+TYPED_TEST(HierarchyTest, TheKeeperOfAChainThatLagsIsAsked) {
+  Hierarchy<TypeParam> hierarchy;
+  this->Grow(&hierarchy, 2, 0);
+  const Index edge = this->edges_.front();
+  hierarchy.mutable_level(0).edges[edge].lags = true;
+  double cost = 0;
+  hierarchy.SetChains({nullptr, [&](Index, const TypeParam&) { return cost += 1; }});
+  const TypeParam T;
+  EXPECT_EQ(hierarchy.CostAt(edge, T), 1);
+  int none = 0;
+  EXPECT_EQ(hierarchy.CostDecrease(0, edge, T, T, &none), 2 - 3);
 }
 
 TYPED_TEST(HierarchyTest, CondensedEdgesAreExactWhereMeasurementsAgree) {

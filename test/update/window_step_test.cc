@@ -47,45 +47,53 @@ TEST_F(WindowStepTest, AStepThatIsNoMinimumIsNot) {
   EXPECT_GT(Pending(kNewEdge), kPending);  // it has changed
 }
 
-// Two groups a kilometre apart, with so many edges between them, which all fit; the edge above them
-// says that they are turned.
+// Two groups a kilometre apart, with so many edges between them; the edge above them says that they
+// are turned. The edges fit, or are `off` metres to the left and to the right by turns. As many as
+// `before` tie the first group to one before it, which stays where it is.
 class AskBelowTest : public testing::Test {
  protected:
   // Whether a step goes where the edge above says.
-  bool Follows(double turn, int edges_between) {
-    Hierarchy<SE2> hierarchy = MakeHierarchy(TwoPairs(edges_between), {2, 3});
+  bool Follows(double turn, int edges_between, double off = 0, int before = 0) {
+    Hierarchy<SE2> hierarchy = MakeHierarchy(Pairs(edges_between, off, before), {2, 3});
     EXPECT_EQ(hierarchy.num_levels(), 2);
-    const LevelEdge& edge = hierarchy.level(1).edges[0];
+    const Index between = before > 0 ? 1 : 0;
+    const LevelEdge& edge = hierarchy.level(1).edges[between];
     EXPECT_EQ(edge.num_children, edges_between);
     const auto angle = [&] {
       return hierarchy.RelativePose(1, edge.node[0], edge.node[1]).angle();
     };
-    SE2& measured = hierarchy.mutable_level(1).terms[0].measurement;
+    SE2& measured = hierarchy.mutable_level(1).terms[between].measurement;
     measured = measured * SE2(0, 0, turn);
     WindowStep<SE2> step(Engine::kBlock, &hierarchy, [](Index e) { return std::to_string(e); });
     EXPECT_TRUE(step.window().BuildWhole(1, &hierarchy));
-    const double before = angle();
+    const double angle_before = angle();
     step.Solve(10, 1e9, StressThresholds::FromMean(1, 1e-3), Budget(UpdateLimits()));
-    const double turned = angle() - before;
+    const double turned = angle() - angle_before;
     EXPECT_TRUE(turned == 0 || std::abs(turned - turn) < 1e-6) << turned;
     return turned != 0;
   }
 
  private:
-  static PoseGraph<SE2> TwoPairs(int edges_between) {
+  static PoseGraph<SE2> Pairs(int edges_between, double off, int before) {
     PoseGraph<SE2> graph;
-    for (int k = 0; k < 4; ++k) (void)graph.AddNode({k, SE2(k < 2 ? k : 1000 + k, 0, 0), false});
+    const int first = before > 0 ? 2 : 0;
+    for (int k = 0; k < first + 4; ++k) {
+      (void)graph.AddNode({k, SE2(k / 2 * 1000 + k, 0, 0), false});
+    }
     GraphEdge<SE2> edge;
     edge.information = SE2::Matrix::Identity();
-    const auto add = [&](int i, int j) {
+    const auto add = [&](int i, int j, double to_the_left = 0) {
       edge.i = i;
       edge.j = j;
-      edge.measurement = graph.nodes()[i].pose.Between(graph.nodes()[j].pose);
+      edge.measurement =
+          graph.nodes()[i].pose.Between(graph.nodes()[j].pose) * SE2(0, to_the_left, 0);
       (void)graph.AddEdge(edge);
     };
-    add(0, 1);
-    for (int k = 0; k < edges_between; ++k) add(1, 2);
-    add(2, 3);
+    if (before > 0) add(0, 1);
+    for (int k = 0; k < before; ++k) add(1, 2);
+    add(first, first + 1);
+    for (int k = 0; k < edges_between; ++k) add(first + 1, first + 2, k % 2 == 0 ? off : -off);
+    add(first + 2, first + 3);
     return graph;
   }
 };
@@ -95,6 +103,14 @@ TEST_F(AskBelowTest, AFarTurnIsNotTakenWhereTheEdgesBelowDisagree) {
 }
 
 TEST_F(AskBelowTest, ASmallOneIsTakenAsItIs) { EXPECT_TRUE(Follows(0.002, 5)); }
+
+// What is off below turns as well.
+TEST_F(AskBelowTest, ASmallOneIsNotTakenWhereEdgesAreFarOff) {
+  EXPECT_FALSE(Follows(0.002, 6, 1000));
+}
+
+// Others are not asked, for which there would be no place left.
+TEST_F(AskBelowTest, WhatDoesNotTurnIsNotAsked) { EXPECT_FALSE(Follows(0.2, 5, 0, 1998)); }
 
 // However many edges there are below: what is asked is bounded.
 TEST_F(AskBelowTest, ATurnOfMoreEdgesThanMayBeAskedIsTakenAsItIs) {
