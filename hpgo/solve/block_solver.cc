@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ceres_costs/finite.h"
+#include "ceres_costs/stretched_edge.h"
 #include "hpgo/chains/span.h"
 #include "hpgo/solve/block_system.h"
 #include "hpgo/solve/damping.h"
@@ -42,6 +43,7 @@ class BlockSolver : public SubproblemSolver<G> {
     SubproblemSummary summary;
     problem_ = problem;
     system_.Analyze(problem);
+    hessian_ = Hessian::kHeld;
     // A radius of 1e8 and above is an undamped first step.
     double damping =
         options.initial_trust_region_radius >= 1e8 ? 0 : 1 / options.initial_trust_region_radius;
@@ -73,6 +75,7 @@ class BlockSolver : public SubproblemSolver<G> {
       }
       const double decrease = cost - step.cost;
       cost = step.cost;
+      if (step.full) hessian_ = Hessian::kHeld;
       summary.predicted_decrease += step.predicted;
       if (options.progress) options.progress(summary.iterations, cost);
       const bool stalled_before = std::exchange(stalled, decrease <= negligible(cost));
@@ -100,6 +103,7 @@ class BlockSolver : public SubproblemSolver<G> {
 
   struct StepResult {
     bool accepted = false;
+    bool full = false;  // neither shortened nor damped
     double cost = 0;
     double predicted = 0;
     double damping = 0;  // of the accepted step
@@ -107,7 +111,23 @@ class BlockSolver : public SubproblemSolver<G> {
     double promised = std::numeric_limits<double>::infinity();
   };
 
-  double Linearize() { return system_.Linearize(Unmeasured::kHeld); }
+  double Linearize() { return system_.Linearize(hessian_); }
+
+  // Once Gauss-Newton has gone too far, stretched edges have their own model, until a full step
+  // with it does. Near an optimum Gauss-Newton is the nearer of the two.
+  bool TakeStretchedModel() {
+    const auto is_stretched = [this](const Factor<G>& factor) {
+      return factor.i != kWorldFrame && IsStretched(factor, RelativePose(factor, problem_->poses));
+    };
+    const auto& factors = problem_->factors;
+    if (hessian_ == Hessian::kHeldStretched ||
+        std::none_of(factors.begin(), factors.end(), is_stretched)) {
+      return false;
+    }
+    hessian_ = Hessian::kHeldStretched;
+    Linearize();
+    return true;
+  }
 
   // The Gauss-Newton step; where that overshoots a shorter one, which costs no factorization; then
   // more and more damping until the cost falls.
@@ -120,13 +140,16 @@ class BlockSolver : public SubproblemSolver<G> {
         const double promised = FindStep(*damping);
         if (std::isinf(result.promised)) result.promised = promised;
         const double length = std::min(1., kReach / LargestTurn(*problem_, step_));
+        if (length < 1 && TakeStretchedModel()) continue;
         summary->damped |= length < 1;
         const double expected = promised * (2 * length - length * length);
         if (Try(length, cost, expected, &result)) {
+          result.full = length == 1 && *damping == 0;
           result.damping = *damping;
           *damping = LessDamping(*damping, (cost - result.cost) / expected);
           return result;
         }
+        if (TakeStretchedModel()) continue;
         if (*damping == 0 && std::isfinite(result.cost)) {
           summary->damped = true;
           const double t = length * BestStepLength(expected, result.cost - cost);
@@ -246,6 +269,7 @@ class BlockSolver : public SubproblemSolver<G> {
 
   Subproblem<G>* problem_ = nullptr;
   BlockSystem<G> system_;
+  Hessian hessian_ = Hessian::kHeld;  // changes from step to step
   std::vector<double> step_;
   std::vector<double> scaled_, shifted_;  // workspace of ShrinkingDamping
   std::vector<G> trial_;

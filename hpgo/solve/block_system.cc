@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ceres_costs/stretched_edge.h"
+
 namespace hpgo {
 
 using ceres_costs::QuadraticModel;
@@ -57,7 +59,7 @@ void BlockSystem<G>::FindPairs() {
 }
 
 template <typename G>
-double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
+double BlockSystem<G>::Linearize(Hessian hessian) {
   cholesky_.SetZero();
   gradient_.assign(static_cast<std::size_t>(problem_->num_free) * D, 0.);
   double cost = 0;
@@ -68,7 +70,7 @@ double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
     const G Y = RelativePose(factor, problem_->poses);
     if (!LinearizeFactor(factor, factor.i == kWorldFrame, Y, &at_j)) return std::nan("");
     cost += at_j.cost;
-    if (unmeasured == Unmeasured::kHeld) at_j.A.diagonal() += kHold * BestOfKind<G>(at_j.A);
+    if (hessian != Hessian::kAsMeasured) at_j.A.diagonal() += kHold * BestOfKind<G>(at_j.A);
     if (IsFree(factor.j)) {
       Diagonal(factor.j) += at_j.A;
       Vector(&gradient_[static_cast<std::size_t>(factor.j) * D]) += at_j.b;
@@ -79,6 +81,12 @@ double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
     TransportModel(Y.Inverse(), at_j, &at_i, coupled ? &cross : nullptr);
     Diagonal(factor.i) += at_i.A;
     Vector(&gradient_[static_cast<std::size_t>(factor.i) * D]) -= at_i.b;
+    if (hessian == Hessian::kHeldStretched && IsStretched(factor, Y)) {
+      typename G::Matrix ii, ji;
+      StretchedModel(factor, Y, &ii, &ji);
+      Diagonal(factor.i) += ii;
+      if (coupled) cross -= ji;
+    }
     if (!coupled) continue;
     Block block(cholesky_.OffDiagonal(pair_of_[f]));
     if (factor.j > factor.i) {
@@ -87,7 +95,7 @@ double BlockSystem<G>::Linearize(Unmeasured unmeasured) {
       block -= cross.transpose();
     }
   }
-  if (unmeasured == Unmeasured::kHeld) {
+  if (hessian != Hessian::kAsMeasured) {
     for (int k = 0; k < problem_->num_free; ++k) {  // without a factor
       auto diagonal = Diagonal(k).diagonal();
       if (diagonal.isZero(0)) diagonal.setOnes();

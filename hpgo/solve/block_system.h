@@ -11,10 +11,10 @@
 
 namespace hpgo {
 
-// What becomes of directions that no factor measures: left open, H is singular; held, every factor
-// is a little stiff in every direction, so that its poses stay as they are to each other there. No
-// optimum moves by that.
-enum class Unmeasured { kOpen, kHeld };
+// H of Gauss-Newton: as it is, singular in directions that no factor measures; or held, every
+// factor a little stiff in every direction, so that its poses stay as they are to each other there;
+// or that with the model of stretched_edge.h where factors are stretched. No optimum moves by that.
+enum class Hessian { kAsMeasured, kHeld, kHeldStretched };
 
 // By direction: what A, the Hessian of a factor, measures best of its kind, translation or
 // rotation; of the other kind where it measures nothing of one.
@@ -28,8 +28,8 @@ typename G::Tangent BestOfKind(const typename G::Matrix& A) {
   return best;
 }
 
-// H d = -g with H = sum J' Omega J and g = sum J' Omega e over the free poses, under right
-// perturbations. Keeps its storage between uses. Not synchronized.
+// H d = -g with H = sum J' Omega J (see Hessian) and g = sum J' Omega e over the free poses, under
+// right perturbations. Keeps its storage between uses. Not synchronized.
 template <typename G>
 class BlockSystem {
  public:
@@ -41,7 +41,7 @@ class BlockSystem {
   // Finds the structure and orders it. `problem` must outlive this.
   void Analyze(const Subproblem<G>* problem);
   // Fills H and g at the current poses. The cost, NaN where a custom cost fails.
-  double Linearize(Unmeasured unmeasured);
+  double Linearize(Hessian hessian);
   // Factors H + damping diag(H); false if that is not positive definite.
   bool Factorize(double damping) { return cholesky_.Factor(damping); }
   // The same in shares; see BlockCholesky.

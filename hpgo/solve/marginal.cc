@@ -46,7 +46,7 @@ Result<Eigen::MatrixXd> JointCovariance(const Subproblem<G>& problem,
   constexpr double kDamping = 1e-9, kMoreDamping = 1e-8, kSame = 1e-3;
   BlockSystem<G> system;
   system.Analyze(&problem);
-  if (!std::isfinite(system.Linearize(Unmeasured::kOpen))) {
+  if (!std::isfinite(system.Linearize(Hessian::kAsMeasured))) {
     return Status(StatusCode::kNoSolution, "the cost is not finite at the estimate");
   }
   if (system.Factorize(0)) return InRange(Columns(system, problem.num_free, indices));

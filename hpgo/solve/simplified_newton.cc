@@ -26,7 +26,7 @@ bool SimplifiedNewton<G>::Begin(const Subproblem<G>& problem, const std::vector<
   slot_of_name_.assign(*std::max_element(names.begin(), names.end()) + 1, -1);
   for (int k = 0; k < num_slots_; ++k) slot_of_name_[names[k]] = k;
   system_.Analyze(&problem);
-  if (!std::isfinite(system_.Linearize(Unmeasured::kHeld))) return false;
+  if (!std::isfinite(system_.Linearize(Hessian::kHeldStretched))) return false;
   system_.BeginFactorizing(0);
   return true;
 }

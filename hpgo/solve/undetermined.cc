@@ -40,7 +40,7 @@ class Springs {
     if (none()) return;
     BlockSystem<G> system;
     system.Analyze(&bare_);
-    finite_ = std::isfinite(system.Linearize(Unmeasured::kOpen));
+    finite_ = std::isfinite(system.Linearize(Hessian::kAsMeasured));
     gradient_ = system.gradient();
   }
   bool none() const { return soft_.empty(); }
@@ -71,7 +71,8 @@ class Springs {
     }
     BlockSystem<G> system;
     system.Analyze(&sprung);
-    if (!finite_ || !std::isfinite(system.Linearize(Unmeasured::kOpen)) || !system.Factorize(0)) {
+    if (!finite_ || !std::isfinite(system.Linearize(Hessian::kAsMeasured)) ||
+        !system.Factorize(0)) {
       return {};
     }
     std::vector<double> step = gradient_;

@@ -63,7 +63,7 @@ void TimePart(benchmark::State& state, MakeCase<G> make, const Name& name, Part 
   if (!input.status.ok()) return state.SkipWithError(input.status.ToString().c_str());
   BlockSystem<G> system;
   system.Analyze(&input.problem);
-  system.Linearize(Unmeasured::kHeld);
+  system.Linearize(Hessian::kHeld);
   if (!system.Factorize(0)) return state.SkipWithError("the Hessian is singular");
   std::vector<double> step = system.gradient();
   for (auto _ : state) {
@@ -72,7 +72,7 @@ void TimePart(benchmark::State& state, MakeCase<G> make, const Name& name, Part 
         system.Analyze(&input.problem);
         break;
       case Part::kLinearize:
-        benchmark::DoNotOptimize(system.Linearize(Unmeasured::kHeld));
+        benchmark::DoNotOptimize(system.Linearize(Hessian::kHeld));
         break;
       case Part::kFactor:
         benchmark::DoNotOptimize(system.Factorize(0));
