@@ -12,7 +12,8 @@ template <typename G>
 CondensedGraph<G>::CondensedGraph(const HierarchyOptions& options, bool condense)
     : hierarchy_(options), condense_(condense), spans_(options.convention) {
   hierarchy_.SetChains({[this](Index edge, const G& T) { return Refresh(edge, T); },
-                        [this](Index edge, const G& T) { return CostOfChain(edge, T); }});
+                        [this](Index edge, const G& T) { return CostOfChain(edge, T); },
+                        [this](ChainTrial trial) { Try(trial); }});
 }
 
 template <typename G>
@@ -65,16 +66,24 @@ void CondensedGraph<G>::SetLags(Chain* chain, bool lags) {
   if (std::exchange(chain->lags, lags) != lags) NoteReach(*chain, true);
 }
 
-// So that nothing moves where it is cut.
+// So that nothing moves where it is cut, or where it begins to lag.
 template <typename G>
-void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain) {
-  const G T = TargetOf(*chain);
-  if (IsLinearizedAt(spans_.Model(chain->root), T)) return;
+void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain, const G& T) {
+  if (chain->lags && IsLinearizedAt(spans_.Model(chain->root), T)) return;
   std::vector<G> poses;
   spans_.ForEachEdge(chain->root, T, InsideOf(*chain),
                      [&](Index, const G& Y) { poses.push_back(Y); });
   std::size_t k = 0;
   spans_.LinearizeAt(chain->root, [&](const ChainEdge<G>&) { return poses[k++]; });
+}
+
+// False if it lags: where it was, then.
+template <typename G>
+bool CondensedGraph<G>::Settle(Chain* chain, const G& T) {
+  const SettleResult settled = spans_.Settle(chain->root, T, tolerance_, chain->lags);
+  linearized_ += settled.edges;
+  if (!settled.holds && !chain->lags) LinearizeWhereItIs(chain, T);
+  return settled.holds;
 }
 
 // Brings the chain behind an edge of level 0 up to date with the pose T of its ends, where it has
@@ -89,25 +98,43 @@ RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
   const bool misses = bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
   if (!misses && !chain.lags) return RefreshedChain::kHolds;
-  const SettleResult settled = spans_.Settle(chain.root, T, tolerance_, chain.lags);
-  linearized_ += settled.edges;
+  if (is_trial_) {
+    before_trial_.push_back({~name, chain.lags, chain.chi2,
+                             *hierarchy_.FactorOf(0, level_edge).term,
+                             spans_.Remember(chain.root)});
+  }
+  const bool holds = Settle(&chain, T);
   BindUnfit();
-  SetLags(&chain, !settled.holds);
-  if (!settled.holds) return RefreshedChain::kLags;
+  SetLags(&chain, !holds);
+  if (!holds) return RefreshedChain::kLags;
   SetTerm(&chain, T);
   return RefreshedChain::kAnew;
 }
 
-// The cost of the edges of a chain, for T of its ends.
+// Of a trial: what has been tried is forgotten, or the chains that were refreshed by it are put
+// back to where they were. Those that could not follow are to be cut all the same.
+template <typename G>
+void CondensedGraph<G>::Try(ChainTrial trial) {
+  if (trial == ChainTrial::kPutBack) {
+    for (auto before = before_trial_.rbegin(); before != before_trial_.rend(); ++before) {
+      Chain& chain = chains_[before->chain];
+      spans_.PutBack(before->linearization);
+      hierarchy_.SetCondensed(chain.level_edge, before->term);
+      SetLags(&chain, before->lags);
+      chain.chi2 = before->chi2;
+    }
+  }
+  before_trial_.clear();
+  is_trial_ = trial != ChainTrial::kEnd;
+}
+
+// The cost of a chain, for T of its ends: that of its edges where its term says little of them.
 template <typename G>
 double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
-  double cost = 0;
   const Chain& chain = chains_[~edge_of_level_[level_edge]];
-  spans_.ForEachEdge(chain.root, T, InsideOf(chain), [&](Index at, const G& Y) {
-    const ChainEdge<G>& edge = spans_.edge(at);
-    cost += FactorCost(FactorOf(edge.edge), false, edge.reversed ? Y.Inverse() : Y);
-  });
-  return cost;
+  const bool is_far = BendAt(spans_.Model(chain.root), T) > kFarOnTheWay;
+  if (chain.lags || is_far) return spans_.CostAt(chain.root, T, InsideOf(chain));
+  return FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
 }
 
 // The term of a chain's level edge, for T of its ends.
@@ -128,7 +155,9 @@ void CondensedGraph<G>::SettleAll() {
   for (Chain& chain : chains_) {
     if (!chain.alive || chain.level_edge == kNone) continue;
     const G T = TargetOf(chain);
-    SetLags(&chain, !spans_.SettleAll(chain.root, T, chain.lags).holds);
+    const bool holds = spans_.SettleAll(chain.root, T, chain.lags).holds;
+    if (!holds && !chain.lags) LinearizeWhereItIs(&chain, T);
+    SetLags(&chain, !holds);
     if (!chain.lags) SetTerm(&chain, T);
   }
   BindUnfit();
@@ -176,14 +205,13 @@ void CondensedGraph<G>::FinishChain(Index c) {
   }
   const Index a = nodes_[chain.node[0]].level_node, b = nodes_[chain.node[1]].level_node;
   const G T = hierarchy_.RelativePose(0, a, b);
-  const SettleResult settled = spans_.Settle(chain.root, T, tolerance_, chain.lags);
-  linearized_ += settled.edges;
+  const bool holds = Settle(&chain, T);
   EdgeData<G> data;
   data.condensed = true;
   data.term = TermOfSpan(spans_.Model(chain.root), T);
   data.weight = ChainWeight(spans_.Model(chain.root));
   chain.level_edge = hierarchy_.AddEdge(a, b, data);
-  SetLags(&chain, !settled.holds);
+  SetLags(&chain, !holds);
   NoteChi2(&chain);
   chain.is_new = false;
   while (static_cast<Index>(edge_of_level_.size()) <= chain.level_edge) {

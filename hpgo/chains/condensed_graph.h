@@ -143,14 +143,24 @@ class CondensedGraph {
   using Node = NodeRecord;
   using Edge = EdgeRecord;
   using Chain = ChainRecord<G>;
+  // A chain as it was before a trial.
+  struct BeforeTrial {
+    Index chain;
+    bool lags;
+    double chi2;
+    ceres_costs::RelativePoseTerm<G> term;
+    typename SpanTree<G>::Linearization linearization;
+  };
 
   void SetTerm(Chain* chain, const G& T);
   void NoteChi2(Chain* chain);
   void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
   void FinishChain(Index chain);
   void SetLags(Chain* chain, bool lags);
-  void LinearizeWhereItIs(Chain* chain);
+  void LinearizeWhereItIs(Chain* chain, const G& T);
+  bool Settle(Chain* chain, const G& T);
   RefreshedChain Refresh(Index level_edge, const G& T);
+  void Try(ChainTrial trial);
   double CostOfChain(Index level_edge, const G& T);
   void BindUnfit();
 
@@ -206,6 +216,8 @@ class CondensedGraph {
   SpanTree<G> spans_;
   double tolerance_ = 0;
   std::int64_t linearized_ = 0;
+  bool is_trial_ = false;
+  std::vector<BeforeTrial> before_trial_;  // of the chains that have been refreshed since
   ChunkedVector<Node> nodes_;
   ChunkedVector<Edge> edges_;
   ChunkedVector<Index> node_of_level_;  // by node of level 0

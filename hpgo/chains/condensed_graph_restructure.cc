@@ -87,7 +87,14 @@ void CondensedGraph<G>::Keep(Index n) {
   Node& node = nodes_[n];
   if (node.level_node != kNone) return;
   const Index chain = ChainOfNode(n);
-  if (chain != kNone && chains_[chain].lags) LinearizeWhereItIs(&chains_[chain]);
+  // One that holds an unfit edge is bent too far for its pieces to have the mean that it had.
+  bool is_unfit = chain != kNone && chains_[chain].lags;
+  ForEachEdgeOf(
+      n, [&](Index e, Index) { is_unfit |= edges_[e].binds && edges_[e].place == Place::kChain; });
+  if (is_unfit) {
+    LinearizeWhereItIs(&chains_[chain], TargetOf(chains_[chain]));
+    SetLags(&chains_[chain], true);
+  }
   const G pose = WorldPose(n);
   if (node.loose) {
     node.loose = false;

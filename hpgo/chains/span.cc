@@ -104,13 +104,19 @@ typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b, Insid
 }
 
 template <typename G>
-typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
-                               ceres_costs::ErrorConvention convention,
-                               const typename G::Tangent& pull, Inside inside) {
+EdgeYield<G>::EdgeYield(const EdgeMeasurement<G>& edge, const G& Y,
+                        ceres_costs::ErrorConvention convention) {
   const EdgeLinearization<G> at(edge, Y, convention);
-  typename G::Tangent moved = edge.covariance.Dense() * (at.B.transpose() * pull);
-  if (inside == Inside::kMean) moved -= at.error;
-  return at.B * moved;
+  error_ = at.error;
+  B_ = at.B;
+  covariance_ = &edge.covariance;
+}
+
+template <typename G>
+typename G::Tangent EdgeYield<G>::Under(const typename G::Tangent& pull, Inside inside) const {
+  typename G::Tangent moved = covariance_->Dense() * (B_.transpose() * pull);
+  if (inside == Inside::kMean) moved -= error_;
+  return B_ * moved;
 }
 
 template <typename G>
@@ -213,8 +219,7 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
 #define HPGO_INSTANTIATE(G)                                                                     \
   template class GrowingSpan<G>;                                                                \
   template G::Tangent PullTowards(const SpanModel<G>&, const G&, Inside);                       \
-  template G::Tangent ShiftUnder(const EdgeMeasurement<G>&, const G&,                           \
-                                 ceres_costs::ErrorConvention, const G::Tangent&, Inside);      \
+  template class EdgeYield<G>;                                                                  \
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&);                         \
   template SpanModel<G> Join(const SpanModel<G>&, const SpanModel<G>&, const SplitPose<G>&);    \
   template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&, Inside); \

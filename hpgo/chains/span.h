@@ -10,6 +10,9 @@ namespace hpgo {
 // rad, of a turn by which a linearization says something.
 inline constexpr double kReach = 0.5;
 
+// rad, or m per m, by which a stretch may bend before it is looked into on its way.
+inline constexpr double kFarOnTheWay = 0.05;
+
 // A stretch of a chain from its first node a to its last node b, the nodes between eliminated: the
 // best relative pose of its ends, with the covariance of a right perturbation of T_a_b. Covariances
 // add up along a chain, which keeps all digits; information does not (closure studies: 1e-13
@@ -72,11 +75,20 @@ enum class Inside {
 template <typename G>
 typename G::Tangent PullTowards(const SpanModel<G>& model, const G& T_a_b, Inside inside);
 
-// The perturbation of an edge's Y under a pull there: how it yields, and what it prefers.
+// How an edge at Y gives way.
 template <typename G>
-typename G::Tangent ShiftUnder(const EdgeMeasurement<G>& edge, const G& Y,
-                               ceres_costs::ErrorConvention convention,
-                               const typename G::Tangent& pull, Inside inside);
+class EdgeYield {
+ public:
+  EdgeYield() = default;
+  EdgeYield(const EdgeMeasurement<G>& edge, const G& Y, ceres_costs::ErrorConvention convention);
+  // The perturbation of Y under a pull there: by which it yields, and which it prefers.
+  typename G::Tangent Under(const typename G::Tangent& pull, Inside inside) const;
+
+ private:
+  typename G::Tangent error_;
+  typename G::Matrix B_;  // the inverse of the error's Jacobian
+  const ceres_costs::PackedSymmetric<G::kDof>* covariance_ = nullptr;
+};
 
 // T_a_b and T_b_c, where T_a_c is cut at b.
 template <typename G>

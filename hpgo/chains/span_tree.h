@@ -88,6 +88,15 @@ class SpanTree {
   // measurements by more than a linearization can reach, or amid a stretch whose step raises its
   // cost.
   std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
+  // Where all of a tree is linearized, to be put back there as long as it has the same spans. O(n).
+  struct Linearization {
+    std::vector<std::pair<Index, SpanModel<G>>> models;  // by span
+    std::vector<std::pair<Index, G>> edges;              // where each was
+  };
+  Linearization Remember(Index root);
+  void PutBack(const Linearization& before);
+  // The cost of the edges, for T of the ends. O(what was linearized elsewhere).
+  double CostAt(Index root, const G& T, Inside inside);
   // Whether a term of the ends at T can say what the model says (IsWithinTerm); else an edge of it
   // is unfit.
   bool FitsTerm(Index root, const G& T);
@@ -151,6 +160,8 @@ class SpanTree {
     return span.Model();
   }
   void ComputeLeaf(Span* leaf);
+  G PullLeaf(const Span& leaf, const EdgeYield<G>* yields, typename G::Tangent pull, Inside inside,
+             G* poses) const;
   // The relative poses of a leaf's edges.
   void DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const;
 
@@ -166,24 +177,22 @@ class SpanTree {
     bool Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const;
   };
   struct Settled {
-    std::vector<std::pair<Index, SpanModel<G>>> models;  // the spans that were moved, as they were
-    std::vector<std::pair<Index, G>> before;             // the edges that were moved, from where
-    double turn = 0;                                     // the largest of an edge, in rad
-    double gained = 0;                                   // by which their cost fell
+    Linearization before;  // of what was moved
+    double turn = 0;       // the largest of an edge, in rad
+    double gained = 0;     // by which their cost fell
   };
   bool SettleSpan(Index span, const G& T, const Pass& pass, Settled* settled);
-  void Undo(const Settled& settled);
   static Index MiddleOf(const Settled& settled) {
-    return settled.before[settled.before.size() / 2].first;
+    return settled.before.edges[settled.before.edges.size() / 2].first;
   }
-  void Remember(Index span, Settled* settled);
+  void Remember(Index span, Linearization* linearization);
   void NameMiddle(Index root);
   struct Goal {
     G T;
     double tolerance = 0, still = 0;
     bool lags = false;
   };
-  SettleResult GoTo(Index root, const Goal& goal, std::vector<Settled>* way);
+  SettleResult GoTo(Index root, const Goal& goal, std::vector<Linearization>* way);
   SettleResult SettleInTurns(Index root, const Goal& goal);
 
   template <typename Visitor>

@@ -1,5 +1,9 @@
 // The tree of spans: the models of its spans, and the poses that follow from them.
 
+#include <algorithm>
+
+#include "Eigen/Cholesky"
+#include "ceres_costs/factor_term.h"
 #include "hpgo/chains/span_tree.h"
 
 namespace hpgo {
@@ -35,21 +39,75 @@ void SpanTree<G>::PrepareFirst(Index root) {
   }
 }
 
-// A pull on the ends acts on each edge by the transport from there, transposed.
+// The edges of a leaf under a pull on its ends, which acts on each by the transport from there,
+// transposed; returns T of the ends then.
+template <typename G>
+G SpanTree<G>::PullLeaf(const Span& leaf, const EdgeYield<G>* yields, typename G::Tangent pull,
+                        Inside inside, G* poses) const {
+  for (int k = leaf.count - 1; k >= 0; --k) {
+    const G& Y = edges_[leaf.items[k]].Y;
+    poses[k] = Y.Plus(yields[k].Under(pull, inside));
+    pull = (Y.InverseAdjoint().transpose() * pull).eval();
+  }
+  G T;
+  for (int k = 0; k < leaf.count; ++k) T = T * poses[k];
+  return T.Normalized();
+}
+
+// Edges that turn under a pull do not quite get to T. What they miss pulls at all of them again, as
+// long as that helps: the last one, which bears the rest, may be stiff.
 template <typename G>
 void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const {
+  constexpr int kMostTurns = 3;
+  constexpr double kNothing = 1e-6;  // of chi2
+  EdgeYield<G> yields[kLeafEdges];
+  for (int k = 0; k < leaf.count; ++k) {
+    const ChainEdge<G>& edge = edges_[leaf.items[k]];
+    yields[k] = EdgeYield<G>(MeasurementOf(edge), edge.Y, convention_);
+  }
   typename G::Tangent pull = PullTowards(leaf.model, T, inside);
   const int last = leaf.count - 1;
-  for (int k = last; k >= 0; --k) {
-    const ChainEdge<G>& edge = edges_[leaf.items[k]];
-    if (k < last) {
-      poses[k] = edge.Y.Plus(ShiftUnder(MeasurementOf(edge), edge.Y, convention_, pull, inside));
-    }
-    pull = (edge.Y.InverseAdjoint().transpose() * pull).eval();
+  const auto& stiffness = edges_[leaf.items[last]].term.information;
+  G reached = PullLeaf(leaf, yields, pull, inside, poses);
+  for (int turn = 1; turn < kMostTurns; ++turn) {
+    const typename G::Tangent missed = T.Minus(reached);
+    if (missed.dot(stiffness.Dense() * missed) < kNothing) break;
+    G closer[kLeafEdges];
+    pull += leaf.model.covariance.Dense().llt().solve(missed);
+    const G next = PullLeaf(leaf, yields, pull, inside, closer);
+    if (!(T.Minus(next).norm() < missed.norm())) break;
+    reached = next;
+    std::copy(closer, closer + leaf.count, poses);
   }
-  G before;
-  for (int k = 0; k < last; ++k) before = before * poses[k];
-  poses[last] = before.Between(T).Normalized();
+  poses[last] = (poses[last] * reached.Between(T)).Normalized();
+}
+
+template <typename G>
+double SpanTree<G>::CostAt(Index s, const G& T, Inside inside) {
+  constexpr double kSmall = 1e-3;  // of the cost: what a step misses that gains so much is less
+  const SpanModel<G>& model = Model(s);
+  if (IsLinearizedAt(model, T)) {
+    if (inside == Inside::kYields) return model.cost;
+    const double gain = GainAt(model);
+    if (gain <= kSmall * model.cost) return model.cost - gain;
+  }
+  const Span& span = spans_[s];
+  if (span.height > 0) {
+    const SplitPose<G> split =
+        Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T, inside);
+    return CostAt(span.items[0], split.first, inside) + CostAt(span.items[1], split.second, inside);
+  }
+  G poses[kLeafEdges];
+  DistributeLeaf(span, T, inside, poses);
+  double cost = 0;
+  for (int k = 0; k < span.count; ++k) {
+    const ChainEdge<G>& edge = edges_[span.items[k]];
+    ceres_costs::FactorTerm<G> factor;
+    factor.term = &edge.term;
+    factor.convention = convention_;
+    cost += FactorCost(factor, false, edge.reversed ? poses[k].Inverse() : poses[k]);
+  }
+  return cost;
 }
 
 template <typename G>

@@ -9,8 +9,6 @@
 namespace hpgo {
 namespace {
 
-// rad, or m per m, by which a span may bend on the way before it is looked into.
-constexpr double kFarOnTheWay = 0.05;
 // Of a cost, what a step loses that gains nothing any more.
 constexpr double kRounding = 1e-9;
 
@@ -52,17 +50,32 @@ G SpanTree<G>::Relax(Index s) {
   return T.Normalized();
 }
 
-// As it was before Relax.
 template <typename G>
-void SpanTree<G>::Remember(Index s, Settled* settled) {
+void SpanTree<G>::Remember(Index s, Linearization* linearization) {
   const Span& span = spans_[s];
-  settled->models.emplace_back(s, Model(s));
+  linearization->models.emplace_back(s, Model(s));
   for (int k = 0; k < span.count; ++k) {
     if (span.height > 0) {
-      Remember(span.items[k], settled);
+      Remember(span.items[k], linearization);
     } else {
-      settled->before.emplace_back(span.items[k], edges_[span.items[k]].Y);
+      linearization->edges.emplace_back(span.items[k], edges_[span.items[k]].Y);
     }
+  }
+}
+
+template <typename G>
+typename SpanTree<G>::Linearization SpanTree<G>::Remember(Index root) {
+  Linearization linearization;
+  Remember(root, &linearization);
+  return linearization;
+}
+
+template <typename G>
+void SpanTree<G>::PutBack(const Linearization& before) {
+  for (const auto& [e, Y] : before.edges) edges_[e].Y = Y;
+  for (const auto& [s, model] : before.models) {
+    spans_[s].model = model;
+    spans_[s].stale = false;
   }
 }
 
@@ -87,13 +100,13 @@ template <typename G>
 bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* settled) {
   Span& span = spans_[s];
   if (!pass.Concerns(Model(s), T, span.height > 0) && s != pass.moved) return true;
-  settled->models.emplace_back(s, span.model);
+  settled->before.models.emplace_back(s, span.model);
   if (span.height == 0) {
     G poses[kLeafEdges];
     DistributeLeaf(span, T, Inside::kMean, poses);
     for (int k = 0; k < span.count; ++k) {
       ChainEdge<G>& edge = edges_[span.items[k]];
-      settled->before.emplace_back(span.items[k], edge.Y);
+      settled->before.edges.emplace_back(span.items[k], edge.Y);
       const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
       edge.Y = poses[k];
@@ -114,15 +127,6 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
   return true;
 }
 
-template <typename G>
-void SpanTree<G>::Undo(const Settled& settled) {
-  for (const auto& [e, Y] : settled.before) edges_[e].Y = Y;
-  for (const auto& [s, model] : settled.models) {
-    spans_[s].model = model;
-    spans_[s].stale = false;
-  }
-}
-
 // Gauss-Newton steps, each from where the last one ended, until an edge turns by less than `still`
 // and no model misses more than `tolerance`. The ends go to T in steps within reach. On the way
 // spans that hardly bend are taken as they are, so that it costs what bends, not the length of the
@@ -131,7 +135,7 @@ void SpanTree<G>::Undo(const Settled& settled) {
 // their measurements instead. Bent far enough, steps at T would go anywhere: one that raises the
 // cost is the last. `way`: what was done, step by step, but for steps of one that was there before.
 template <typename G>
-SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled>* way) {
+SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Linearization>* way) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
   const double tolerance = goal.tolerance;
@@ -149,10 +153,10 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
     if (!arrived) pass.reach = kReach;
     Settled settled;
     const bool is_within = SettleSpan(root, step.T, pass, &settled);
-    if (step.arrives && settled.before.empty()) return result;
-    result.edges += static_cast<int>(settled.before.size());
+    if (step.arrives && settled.before.edges.empty()) return result;
+    result.edges += static_cast<int>(settled.before.edges.size());
     if (arrived && !(settled.gained >= 0)) {
-      Undo(settled);
+      PutBack(settled.before);
       // More than the model may miss, and so more than rounding: it is out of reach here.
       const double rounding = tolerance > 0 ? tolerance * tolerance : kRounding * Model(root).cost;
       result.holds = settled.gained >= -rounding || !(tolerance > 0 || goal.lags);
@@ -160,17 +164,16 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
       return result;
     }
     if (!is_within) {
-      Undo(settled);
+      PutBack(settled.before);
       part *= kShorter;
       if (part > kShortest && !untied) continue;
       if (std::exchange(untied, true)) break;
-      way->emplace_back();
-      Remember(root, &way->back());
+      way->push_back(Remember(root));
       Relax(root);
       part = 1;
       continue;
     }
-    for (const auto& [e, Y] : settled.before) {
+    for (const auto& [e, Y] : settled.before.edges) {
       const ChainEdge<G>& edge = edges_[e];
       if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
     }
@@ -179,7 +182,7 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Settled
     const bool moved = settled.turn > goal.still;
     depth = moved || comes_from_afar ? Depth::kLeaves : Depth::kMissed;
     arrived = step.arrives;
-    if (!stays) way->push_back(std::move(settled));
+    if (!stays) way->push_back(std::move(settled.before));
     if (tolerance < 0 && !moved && arrived) return result;
   }
   result.holds = arrived;
@@ -205,14 +208,14 @@ void SpanTree<G>::NameMiddle(Index root) {
 // term of its ends can say.
 template <typename G>
 SettleResult SpanTree<G>::SettleInTurns(Index root, const Goal& goal) {
-  std::vector<Settled> way;
+  std::vector<Linearization> way;
   const std::size_t unfit_before = unfit_.size();
   SettleResult result = GoTo(root, goal, &way);
   if (result.holds) {
     result.holds = FitsTerm(root, goal.T);
     return result;
   }
-  for (auto step = way.rbegin(); step != way.rend(); ++step) Undo(*step);
+  for (auto step = way.rbegin(); step != way.rend(); ++step) PutBack(*step);
   if (unfit_.size() == unfit_before) NameMiddle(root);
   return result;
 }

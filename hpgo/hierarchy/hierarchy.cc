@@ -206,7 +206,7 @@ bool Hierarchy<G>::RefreshChain(Index edge, const G& T) {
 template <typename G>
 double Hierarchy<G>::CostAt(Index edge, const G& T) const {
   const LevelEdge& record = levels_[0]->edges[edge];
-  if (record.lags) return chains_.cost(edge, T);
+  if (record.condensed && chains_.cost) return chains_.cost(edge, T);
   return FactorCost(FactorOf(0, edge), record.node[0] == kNone, T);
 }
 

@@ -70,10 +70,11 @@ class Hierarchy {
     levels_[0]->terms[edge] = term;
   }
   // Who keeps the chains, and LevelEdge::lags: brings the term of such an edge up to date with the
-  // relative pose T of its ends, and knows what its edges cost.
+  // relative pose T of its ends, knows what its edges cost, and puts it back to where it was.
   struct Chains {
     std::function<RefreshedChain(Index edge, const G& T)> refresh;
     std::function<double(Index edge, const G& T)> cost;
+    std::function<void(ChainTrial trial)> try_out;
   };
   void SetChains(Chains chains) { chains_ = std::move(chains); }
   // To be called before an edge of level 0 is linearized at T; notes how much its gradient changes.
@@ -81,7 +82,13 @@ class Hierarchy {
   bool Refresh(Index edge, const G& T) {
     return levels_[0]->edges[edge].condensed && chains_.refresh && RefreshChain(edge, T);
   }
-  // Of an edge of level 0, with its ends at T; of a chain that lags behind, that of its edges.
+  // Whether what Refresh does from now on may be taken back.
+  void TryChains(ChainTrial trial) {
+    if (trial == ChainTrial::kBegin) refreshed_before_trial_ = refreshed_.size();
+    if (trial == ChainTrial::kPutBack) refreshed_.resize(refreshed_before_trial_);
+    if (chains_.try_out) chains_.try_out(trial);
+  }
+  // Of an edge of level 0, with its ends at T; of a chain, that of its edges.
   double CostAt(Index edge, const G& T) const;
   // The edges that Refresh has changed since this was last asked, and by how much, in sqrt(chi2).
   std::vector<std::pair<Index, double>> TakeRefreshed() { return std::exchange(refreshed_, {}); }
@@ -223,6 +230,7 @@ class Hierarchy {
   ChunkedVector<Extra> extras_;        // by LevelEdge::extra
   Chains chains_;
   std::vector<std::pair<Index, double>> refreshed_;
+  std::size_t refreshed_before_trial_ = 0;
   std::vector<Index> free_extras_;
 
  public:

@@ -59,6 +59,13 @@ enum class RefreshedChain {
   kLags,   // it could not follow, and is to be cut
 };
 
+// Of a step that may be taken back.
+enum class ChainTrial {
+  kBegin,    // chains are to be remembered as they are before they are refreshed
+  kPutBack,  // those are put back; another trial begins
+  kEnd,      // what is there stays
+};
+
 // The links and the bookkeeping; the measurement is kept apart, in Level::terms, for the walks that
 // do not need it.
 struct LevelEdge {

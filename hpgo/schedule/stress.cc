@@ -69,10 +69,15 @@ template <typename G>
 void TellParent(int l, Index edge, double amount, const StressThresholds& thresholds,
                 Hierarchy<G>* hierarchy) {
   const Index parent = hierarchy->level(l).edges[edge].parent;
-  if (parent == kNone) return;
-  float& changed = hierarchy->mutable_level(l + 1).edges[parent].changed;
+  if (parent != kNone) NoteChanged(l + 1, parent, amount, thresholds, hierarchy);
+}
+
+template <typename G>
+void NoteChanged(int l, Index edge, double amount, const StressThresholds& thresholds,
+                 Hierarchy<G>* hierarchy) {
+  float& changed = hierarchy->mutable_level(l).edges[edge].changed;
   changed += static_cast<float>(amount);
-  if (changed > thresholds.dirty) hierarchy->MarkDirty(l + 1, parent);
+  if (changed > thresholds.dirty) hierarchy->MarkDirty(l, edge);
 }
 
 template <typename G>
@@ -105,12 +110,13 @@ double LargestPending(int l, const Hierarchy<G>& hierarchy) {
   return level.pending.empty() ? 0 : level.edges[level.pending.Largest()].pending;
 }
 
-#define HPGO_INSTANTIATE(G)                                                             \
-  template double NodeStress(int, Index, int, Hierarchy<G>*, int*);                     \
-  template void AddPending(int, Index, double, const StressThresholds&, Hierarchy<G>*); \
-  template void HandDown(int, Index, double, const StressThresholds&, Hierarchy<G>*);   \
-  template void TellParent(int, Index, double, const StressThresholds&, Hierarchy<G>*); \
-  template FoundWork FindWork(int, int, int, const StressThresholds&, Hierarchy<G>*);   \
+#define HPGO_INSTANTIATE(G)                                                              \
+  template double NodeStress(int, Index, int, Hierarchy<G>*, int*);                      \
+  template void AddPending(int, Index, double, const StressThresholds&, Hierarchy<G>*);  \
+  template void HandDown(int, Index, double, const StressThresholds&, Hierarchy<G>*);    \
+  template void TellParent(int, Index, double, const StressThresholds&, Hierarchy<G>*);  \
+  template void NoteChanged(int, Index, double, const StressThresholds&, Hierarchy<G>*); \
+  template FoundWork FindWork(int, int, int, const StressThresholds&, Hierarchy<G>*);    \
   template double LargestPending(int, const Hierarchy<G>&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)

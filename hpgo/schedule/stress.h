@@ -32,8 +32,13 @@ template <typename G>
 void HandDown(int l, Index edge, double amount, const StressThresholds& thresholds,
               Hierarchy<G>* hierarchy);
 
-// Tells the parent of an edge that a child changed by `amount`; queues it for merging when it adds
-// up.
+// Notes that what a coarse edge stands for is no longer what it says, by `amount`; queues it for
+// merging when it adds up.
+template <typename G>
+void NoteChanged(int l, Index edge, double amount, const StressThresholds& thresholds,
+                 Hierarchy<G>* hierarchy);
+
+// The same of the parent of an edge that has changed.
 template <typename G>
 void TellParent(int l, Index edge, double amount, const StressThresholds& thresholds,
                 Hierarchy<G>* hierarchy);

@@ -74,7 +74,7 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   if (!usable) result.status = WhyUnusable(summary.status);
   const double promised = summary.initial_cost - summary.final_cost;
   if (!usable || !(promised > 0) || !GraphGains(promised)) return result;
-  if (window_.RefreshChains() && !ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) {
+  if (!ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) {
     return result;
   }
   result.largest_moved = LargestMoved();
@@ -100,39 +100,48 @@ void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
 }
 
 // Chains bend on the way. Shortens the step until the cost falls with them linearized where it
-// ends; false if it does not, and the poses are those before it then.
+// ends; false if it does not, and the poses and the chains are those before it then.
 template <typename G>
 bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
-  for (int k = 0; k <= kShorterSteps; ++k) {
+  hierarchy_->TryChains(ChainTrial::kBegin);
+  bool gains = !window_.RefreshChains();
+  for (int k = 0; k <= kShorterSteps && !gains; ++k) {
     if (k > 0) {
+      hierarchy_->TryChains(ChainTrial::kPutBack);
       window_.ShortenStep(kShorterStep);
       window_.RefreshChains();
     }
     const double cost = window_.Cost();
-    if (cost < cost_before) {
-      summary->initial_cost = cost_before;
-      summary->final_cost = cost;
-      summary->damped |= k > 0;
-      return true;
-    }
+    gains = cost < cost_before;
+    if (!gains) continue;
+    summary->initial_cost = cost_before;
+    summary->final_cost = cost;
+    summary->damped |= k > 0;
   }
-  window_.TakeBack();
-  window_.RefreshChains();
-  return false;
+  if (!gains) {
+    hierarchy_->TryChains(ChainTrial::kPutBack);
+    window_.TakeBack();
+  }
+  hierarchy_->TryChains(ChainTrial::kEnd);
+  return gains;
 }
 
-// What a coarse edge may miss, in chi2, of the cost of those below: their errors turn with it,
-// those they have and those that the step brings.
+// By how much an edge pulls otherwise, in sqrt(chi2), after the step.
 template <typename G>
-double WindowStep<G>::MayMiss(std::size_t k) const {
-  const G before = window_.RelativePoseBefore(k), after = window_.RelativePose(k);
+double WindowStep<G>::Change(std::size_t k) const {
   const int l = window_.level();
   const Index e = window_.edges()[k];
-  const LevelEdge& edge = hierarchy_->level(l).edges[e];
-  const double change =
-      FactorChange(hierarchy_->FactorOf(l, e), edge.node[0] == kNone, before, after);
-  const double turn = 2 * HalfRotation(before.Between(after));
-  return turn * change * (change + std::sqrt(std::max(0.f, edge.chi2)));
+  return FactorChange(hierarchy_->FactorOf(l, e), hierarchy_->level(l).edges[e].node[0] == kNone,
+                      window_.RelativePoseBefore(k), window_.RelativePose(k));
+}
+
+// What a coarse edge that changes may miss of the pull of those below, in sqrt(chi2): their errors
+// turn with it, those they have and those that the step brings.
+template <typename G>
+double WindowStep<G>::MayMiss(std::size_t k, double change) const {
+  const LevelEdge& edge = hierarchy_->level(window_.level()).edges[window_.edges()[k]];
+  const G moved = window_.RelativePoseBefore(k).Between(window_.RelativePose(k));
+  return 2 * HalfRotation(moved) * (change + std::sqrt(std::max(0.f, edge.chi2)));
 }
 
 // Whether the cost of the graph itself falls. Where coarse edges may miss much of what they promise
@@ -145,17 +154,25 @@ bool WindowStep<G>::GraphGains(double promised) const {
   const double most = kShareMissedUnasked * promised;
   std::vector<double> missed(num_edges);
   double sum = 0;
-  for (std::size_t k = 0; k < num_edges; ++k) sum += missed[k] = MayMiss(k);
-  if (sum < most) return true;
-  int left = kMostAskedBelow;
-  double decrease = 0;
   for (std::size_t k = 0; k < num_edges; ++k) {
-    int none = 0;
-    const bool is_asked = !(missed[k] < most / num_edges);
-    decrease += hierarchy_->CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
-                                         window_.RelativePose(k), is_asked ? &left : &none);
+    const double change = Change(k);
+    sum += missed[k] = change * MayMiss(k, change);
   }
-  return decrease > 0;
+  if (sum < most) return true;
+  const auto decrease = [&](double least) {
+    int left = kMostAskedBelow;
+    double sum_of_all = 0;
+    for (std::size_t k = 0; k < num_edges; ++k) {
+      int none = 0;
+      const bool is_asked = !(missed[k] < least);
+      sum_of_all += hierarchy_->CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
+                                             window_.RelativePose(k), is_asked ? &left : &none);
+    }
+    return sum_of_all;
+  };
+  const double of_some = decrease(most / num_edges);
+  // All of them where those miss more than they may: so may the others.
+  return of_some > 0 && (promised - of_some < sum || decrease(0) > 0);
 }
 
 template <typename G>
@@ -200,9 +217,10 @@ void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& th
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
     const LevelEdge& edge = hierarchy_->level(l).edges[e];
-    const double change = FactorChange(window_.subproblem().factors[k], edge.node[0] == kNone,
-                                       window_.RelativePoseBefore(k), window_.RelativePose(k));
+    const double change = Change(k);
     TellParent(l, e, change, thresholds, hierarchy_);
+    // Step by step it turns away from where it was merged.
+    if (l > 0) NoteChanged(l, e, MayMiss(k, change), thresholds, hierarchy_);
     if (window_.IsInterior(k) && (!is_known || is_known(e))) {
       HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
       const double pending = is_known ? std::max<double>(edge.pending, left_behind) : left_behind;

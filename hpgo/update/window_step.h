@@ -58,7 +58,8 @@ class WindowStep {
 
  private:
   bool ChainsGain(double cost_before, SubproblemSummary* summary);
-  double MayMiss(std::size_t edge) const;
+  double Change(std::size_t edge) const;
+  double MayMiss(std::size_t edge, double change) const;
   bool GraphGains(double promised) const;
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "ceres_costs/factor_term.h"
 #include "gtest/gtest.h"
 #include "hpgo/chains/span_tree.h"
 
@@ -130,6 +131,38 @@ TYPED_TEST(SettleTest, TheInsideOfALeafComesToRest) {
   ASSERT_TRUE(this->tree_.Settle(root, TypeParam().Plus(d), 1e-3).holds);
   const SpanModel<TypeParam>& model = this->tree_.Model(root);
   EXPECT_LT(GainAt(model), 0.01 * model.cost);
+}
+
+// Stiff in its distances and soft in its turns, as odometry is: where it is bent the edges share
+// what a straight step misses, and the last one does not tear. It costs what it is said to cost.
+TYPED_TEST(SettleTest, NoEdgeOfABentLeafTears) {
+  using G = TypeParam;
+  ceres_costs::RelativePoseTerm<G> term;
+  term.measurement = G().Plus(this->ahead_);
+  typename G::Tangent weights = G::Tangent::Constant(1e2);
+  weights.template head<G::kDim>().setConstant(1e6);
+  term.information =
+      ceres_costs::PackedSymmetric<G::kDof>(typename G::Matrix(weights.asDiagonal()));
+  Index root = kNone;
+  for (int k = 0; k < 12; ++k) {
+    root = this->tree_.Concatenate(root, this->tree_.RootOf(this->tree_.AddEdge(term, k, false)));
+  }
+  const G T = this->Arc(12, 0.2);
+  double cost = 0, last = 0;
+  this->tree_.ForEachEdge(root, T, Inside::kMean, [&](Index e, const G& Y) {
+    ceres_costs::FactorTerm<G> factor;
+    factor.term = &this->tree_.edge(e).term;
+    factor.convention = ceres_costs::ErrorConvention::kTwist;
+    cost += last = FactorCost(factor, false, Y);
+  });
+  EXPECT_LT(last, cost / 2);
+  EXPECT_LT(cost, 2 * 1e2 * 0.2 * 0.2 / 12);
+  EXPECT_NEAR(this->tree_.CostAt(root, T, Inside::kMean), cost, 1e-9 * cost);
+  const auto before = this->tree_.Remember(root);
+  ASSERT_TRUE(this->tree_.Settle(root, T, 1e-3).holds);
+  EXPECT_NE(this->tree_.Model(root).T.translation(), before.models.front().second.T.translation());
+  this->tree_.PutBack(before);
+  EXPECT_EQ(this->tree_.CostAt(root, T, Inside::kMean), cost);
 }
 
 // Coiled up, where a step at last raises its cost; with and without a tolerance. What it has gained

@@ -219,14 +219,14 @@ TYPED_TEST(HierarchyTest, CostDecreaseIsThatOfTheGraphWithinItsBudget) {
   }
 }
 
-// What its term says is not what it costs.
-TYPED_TEST(HierarchyTest, TheKeeperOfAChainThatLagsIsAsked) {
+// What its term says is not all that it costs.
+TYPED_TEST(HierarchyTest, TheKeeperOfAChainIsAsked) {
   Hierarchy<TypeParam> hierarchy;
   this->Grow(&hierarchy, 2, 0);
   const Index edge = this->edges_.front();
-  hierarchy.mutable_level(0).edges[edge].lags = true;
+  hierarchy.mutable_level(0).edges[edge].condensed = true;
   double cost = 0;
-  hierarchy.SetChains({nullptr, [&](Index, const TypeParam&) { return cost += 1; }});
+  hierarchy.SetChains({nullptr, [&](Index, const TypeParam&) { return cost += 1; }, nullptr});
   const TypeParam T;
   EXPECT_EQ(hierarchy.CostAt(edge, T), 1);
   int none = 0;

@@ -67,11 +67,15 @@ class AskBelowTest : public testing::Test {
     WindowStep<SE2> step(Engine::kBlock, &hierarchy, [](Index e) { return std::to_string(e); });
     EXPECT_TRUE(step.window().BuildWhole(1, &hierarchy));
     const double angle_before = angle();
-    step.Solve(10, 1e9, StressThresholds::FromMean(1, 1e-3), Budget(UpdateLimits()));
+    step.Solve(10, 1e9, thresholds_, Budget(UpdateLimits()));
+    is_dirty_ = edge.dirty;
     const double turned = angle() - angle_before;
     EXPECT_TRUE(turned == 0 || std::abs(turned - turn) < 1e-6) << turned;
     return turned != 0;
   }
+
+  StressThresholds thresholds_ = StressThresholds::FromMean(1, 1e-3);
+  bool is_dirty_ = false;  // the edge above, after the step
 
  private:
   static PoseGraph<SE2> Pairs(int edges_between, double off, int before) {
@@ -103,6 +107,15 @@ TEST_F(AskBelowTest, AFarTurnIsNotTakenWhereTheEdgesBelowDisagree) {
 }
 
 TEST_F(AskBelowTest, ASmallOneIsTakenAsItIs) { EXPECT_TRUE(Follows(0.002, 5)); }
+
+// Small turns add up, and what is below turns with them.
+TEST_F(AskBelowTest, WhatHasTurnedIsMergedAgain) {
+  thresholds_ = StressThresholds::FromMean(1, 1e-9);
+  EXPECT_TRUE(Follows(0.009, 5));
+  EXPECT_TRUE(is_dirty_);
+  EXPECT_TRUE(Follows(0.0001, 5));
+  EXPECT_FALSE(is_dirty_);
+}
 
 // What is off below turns as well.
 TEST_F(AskBelowTest, ASmallOneIsNotTakenWhereEdgesAreFarOff) {
