@@ -132,9 +132,11 @@ void CondensedGraph<G>::Try(ChainTrial trial) {
 template <typename G>
 double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
   const Chain& chain = chains_[~edge_of_level_[level_edge]];
-  const bool is_far = BendAt(spans_.Model(chain.root), T) > kFarOnTheWay;
-  if (chain.lags || is_far) return spans_.CostAt(chain.root, T, InsideOf(chain));
-  return FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
+  const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
+  const double bend = BendAt(spans_.Model(chain.root), T);
+  const bool misses =
+      bend > kFarOnTheWay && bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
+  return chain.lags || misses ? spans_.CostAt(chain.root, T, InsideOf(chain)) : chi2;
 }
 
 // The term of a chain's level edge, for T of its ends.

@@ -282,11 +282,10 @@ std::size_t Hierarchy<G>::MemoryBytes() const {
   std::size_t bytes =
       extras_.MemoryBytes() + free_extras_.capacity() * sizeof(Index) + reported_.MemoryBytes();
   for (const auto& level : levels_) {
-    bytes +=
-        level->nodes.MemoryBytes() + level->edges.MemoryBytes() + level->terms.MemoryBytes() +
-        sizeof(Level<G>) +
-        (level->free_nodes.capacity() + level->free_edges.capacity() + level->dirty.capacity()) *
-            sizeof(Index);
+    bytes += sizeof(Level<G>) + level->nodes.MemoryBytes() + level->edges.MemoryBytes() +
+             level->terms.MemoryBytes();
+    bytes += sizeof(Index) * (level->free_nodes.capacity() + level->free_edges.capacity() +
+                              level->dirty.capacity());
   }
   return bytes;
 }
