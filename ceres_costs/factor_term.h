@@ -41,7 +41,7 @@ bool LinearizeFactor(const FactorTerm<G>& factor, bool unary, const G& T_i_j,
                      QuadraticModel<G>* model);
 
 // The change of the whitened error from T0 to T1, sqrt((e1 - e0)' Omega (e1 - e0)), weighted by the
-// loss at T1.
+// loss at T1. Zero where a custom cost fails.
 template <typename G>
 double FactorChange(const FactorTerm<G>& factor, bool unary, const G& T0, const G& T1);
 

@@ -15,8 +15,7 @@ namespace ceres_costs {
 enum class ErrorConvention : std::uint8_t {
   kG2o,       // translation, vector part of the quaternion (w >= 0), or the one angle
   kTwist,     // the group logarithm, the paper's twist (eq. 3)
-  kSplitLog,  // translation, rotation vector: that of coarse edges. Equals kG2o where the angle is
-              // one
+  kSplitLog,  // translation, rotation vector. Equals kG2o where the angle is one
 };
 
 // A measurement Z of T_i_j and the information (inverse covariance) of its error.

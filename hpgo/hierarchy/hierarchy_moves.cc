@@ -15,7 +15,7 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
-// How far a pose `d`, seen from where it was, has moved.
+// How far a pose has moved, seen from where it was.
 template <typename G>
 MotionBound MotionOf(const G& before, const G& after) {
   const typename G::Tangent d = before.LocalCoordinates(after);

@@ -7,6 +7,7 @@
 #include "gtest/gtest.h"
 #include "hpgo/chains/span.h"
 #include "hpgo/solve/block_solver.h"
+#include "pulled_sheet.h"
 #include "small_graphs.h"
 #include "small_problems.h"
 
@@ -63,6 +64,19 @@ TYPED_TEST(SimplifiedNewtonTest, WhereItBeganAStepIsThatOfGaussNewton) {
   EXPECT_NEAR(step.final_cost, expected.final_cost, 1e-9 * expected.initial_cost);
   EXPECT_NEAR(step.final_cost, problem.Cost(), 1e-9 * expected.initial_cost);
   EXPECT_NEAR(step.predicted_decrease, expected.predicted_decrease, 1e-9 * expected.initial_cost);
+}
+
+// With Gauss-Newton's model more than half of it is left in space.
+TYPED_TEST(SimplifiedNewtonTest, KnowsStretchedEdges) {
+  Problem<TypeParam> problem(PulledSheet<TypeParam>(40)), other(PulledSheet<TypeParam>(40));
+  SubproblemOptions options;
+  options.max_iterations = 3;
+  MakeBlockSolver<TypeParam>()->Solve(options, &problem.subproblem);
+  const std::vector<Index> names = this->NamesFrom(0, problem);
+  this->BeginAndFactor(&problem, names);
+  const double before = problem.Cost(), optimum = this->Optimum(&other);
+  for (int k = 0; k < 10; ++k) this->Step(&problem, names);
+  EXPECT_LT(problem.Cost() - optimum, 0.1 * (before - optimum));
 }
 
 TYPED_TEST(SimplifiedNewtonTest, StepsDescendThoughPosesHaveMoved) {
