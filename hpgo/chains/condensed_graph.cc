@@ -86,6 +86,18 @@ bool CondensedGraph<G>::Settle(Chain* chain, const G& T) {
   return settled.holds;
 }
 
+// By the term of a chain.
+template <typename G>
+double CondensedGraph<G>::ChiSquareAt(const Chain& chain, const G& T) const {
+  return FactorCost(hierarchy_.FactorOf(0, chain.level_edge), false, T);
+}
+
+// What MissedAt says of a whole chain, from its term: most have not been bent.
+template <typename G>
+bool CondensedGraph<G>::Misses(const Chain& chain, double bend, double chi2) const {
+  return bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
+}
+
 // Brings the chain behind an edge of level 0 up to date with the pose T of its ends, where it has
 // been bent.
 template <typename G>
@@ -93,11 +105,9 @@ RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
   const Index name = edge_of_level_[level_edge];
   if (name >= 0) return RefreshedChain::kHolds;
   Chain& chain = chains_[~name];
-  // What MissedAt says of the whole chain, from its term: most have not been bent.
-  const double bend = BendAt(spans_.Model(chain.root), T);
-  const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
-  const bool misses = bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
-  if (!misses && !chain.lags) return RefreshedChain::kHolds;
+  if (!chain.lags && !Misses(chain, BendAt(spans_.Model(chain.root), T), ChiSquareAt(chain, T))) {
+    return RefreshedChain::kHolds;
+  }
   if (is_trial_) {
     before_trial_.push_back({~name, chain.lags, chain.chi2,
                              *hierarchy_.FactorOf(0, level_edge).term,
@@ -132,11 +142,11 @@ void CondensedGraph<G>::Try(ChainTrial trial) {
 template <typename G>
 double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
   const Chain& chain = chains_[~edge_of_level_[level_edge]];
-  const double chi2 = FactorCost(hierarchy_.FactorOf(0, level_edge), false, T);
-  const double bend = BendAt(spans_.Model(chain.root), T);
-  const bool misses =
-      bend > kFarOnTheWay && bend * std::sqrt(std::max(chi2, chain.chi2)) > tolerance_;
-  return chain.lags || misses ? spans_.CostAt(chain.root, T, InsideOf(chain)) : chi2;
+  if (!chain.lags) {
+    const double bend = BendAt(spans_.Model(chain.root), T), chi2 = ChiSquareAt(chain, T);
+    if (!(bend > kFarOnTheWay && Misses(chain, bend, chi2))) return chi2;
+  }
+  return spans_.CostAt(chain.root, T, InsideOf(chain));
 }
 
 // The term of a chain's level edge, for T of its ends.
@@ -148,8 +158,7 @@ void CondensedGraph<G>::SetTerm(Chain* chain, const G& T) {
 
 template <typename G>
 void CondensedGraph<G>::NoteChi2(Chain* chain) {
-  chain->chi2 =
-      FactorCost(hierarchy_.FactorOf(0, chain->level_edge), false, spans_.Model(chain->root).T);
+  chain->chi2 = ChiSquareAt(*chain, spans_.Model(chain->root).T);
 }
 
 template <typename G>

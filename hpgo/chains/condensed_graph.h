@@ -159,6 +159,8 @@ class CondensedGraph {
   void SetLags(Chain* chain, bool lags);
   void LinearizeWhereItIs(Chain* chain, const G& T);
   bool Settle(Chain* chain, const G& T);
+  double ChiSquareAt(const Chain& chain, const G& T) const;
+  bool Misses(const Chain& chain, double bend, double chi2) const;
   RefreshedChain Refresh(Index level_edge, const G& T);
   void Try(ChainTrial trial);
   double CostOfChain(Index level_edge, const G& T);

@@ -162,10 +162,8 @@ class SpanTree {
   void ComputeLeaf(Span* leaf);
   G PullLeaf(const Span& leaf, const EdgeYield<G>* yields, typename G::Tangent pull, Inside inside,
              G* poses) const;
-  // The relative poses of a leaf's edges; in one turn they do not quite share what they miss.
-  static constexpr int kLeafTurns = 3;
-  void DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses,
-                      int turns = kLeafTurns) const;
+  // The relative poses of a leaf's edges.
+  void DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const;
 
   // span_tree_settle.cc
   // Which spans a pass looks into: those that bend far; those that miss too much; or all, but of

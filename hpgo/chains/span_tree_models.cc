@@ -57,8 +57,8 @@ G SpanTree<G>::PullLeaf(const Span& leaf, const EdgeYield<G>* yields, typename G
 // Edges that turn under a pull do not quite get to T. What they miss pulls at all of them again, as
 // long as that helps: the last one, which bears the rest, may be stiff.
 template <typename G>
-void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses,
-                                 int turns) const {
+void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G* poses) const {
+  constexpr int kMostTurns = 3;
   constexpr double kNothing = 1e-6;  // of chi2
   EdgeYield<G> yields[kLeafEdges];
   for (int k = 0; k < leaf.count; ++k) {
@@ -69,7 +69,7 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G*
   const int last = leaf.count - 1;
   const auto& stiffness = edges_[leaf.items[last]].term.information;
   G reached = PullLeaf(leaf, yields, pull, inside, poses);
-  for (int turn = 1; turn < turns; ++turn) {
+  for (int turn = 1; turn < kMostTurns; ++turn) {
     const typename G::Tangent missed = T.Minus(reached);
     if (missed.dot(stiffness.Dense() * missed) < kNothing) break;
     G closer[kLeafEdges];

@@ -103,7 +103,7 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
   settled->before.models.emplace_back(s, span.model);
   if (span.height == 0) {
     G poses[kLeafEdges];
-    DistributeLeaf(span, T, Inside::kMean, poses, pass.depth == Depth::kFar ? 1 : kLeafTurns);
+    DistributeLeaf(span, T, Inside::kMean, poses);
     for (int k = 0; k < span.count; ++k) {
       ChainEdge<G>& edge = edges_[span.items[k]];
       settled->before.edges.emplace_back(span.items[k], edge.Y);

@@ -73,9 +73,14 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   const bool usable = summary.status.ok() || summary.status.code() == StatusCode::kInterrupted;
   if (!usable) result.status = WhyUnusable(summary.status);
   const double promised = summary.initial_cost - summary.final_cost;
-  if (!usable || !(promised > 0) || !GraphGains(promised)) return result;
-  if (!ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) {
-    return result;
+  if (!usable || !(promised > 0)) return result;
+  std::vector<double> changes;
+  if (window_.level() > 0) {
+    changes = Changes();
+    if (!GraphGains(promised, changes)) return result;
+  } else {
+    if (!ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) return result;
+    changes = Changes();
   }
   result.largest_moved = LargestMoved();
   result.damped = summary.damped;
@@ -87,16 +92,21 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   double left_behind = misses ? std::sqrt(result.missed / window_.edges().size()) : 0;
   // A damped step leaves stress behind; worth another look as long as it got somewhere.
   if (summary.damped && gains) left_behind = std::max<double>(left_behind, 2 * thresholds.pending);
-  Take(left_behind, thresholds, is_known);
+  Take(changes, left_behind, thresholds, is_known);
   return result;
 }
 
 template <typename G>
-void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds,
-                         const IsKnown& is_known) {
+void WindowStep<G>::Take(double left_behind, const StressThresholds& thresholds) {
+  Take(Changes(), left_behind, thresholds, {});
+}
+
+template <typename G>
+void WindowStep<G>::Take(const std::vector<double>& changes, double left_behind,
+                         const StressThresholds& thresholds, const IsKnown& is_known) {
   window_.Commit(hierarchy_);
   QueueRefreshed(thresholds, hierarchy_);
-  RecordChanges(left_behind, thresholds, is_known);
+  RecordChanges(changes, left_behind, thresholds, is_known);
 }
 
 // Chains bend on the way. Shortens the step until the cost falls with them linearized where it
@@ -126,13 +136,18 @@ bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
   return gains;
 }
 
-// By how much an edge pulls otherwise, in sqrt(chi2), after the step.
+// By how much each edge pulls otherwise, in sqrt(chi2), after the step.
 template <typename G>
-double WindowStep<G>::Change(std::size_t k) const {
+std::vector<double> WindowStep<G>::Changes() const {
   const int l = window_.level();
-  const Index e = window_.edges()[k];
-  return FactorChange(hierarchy_->FactorOf(l, e), hierarchy_->level(l).edges[e].node[0] == kNone,
-                      window_.RelativePoseBefore(k), window_.RelativePose(k));
+  std::vector<double> changes(window_.edges().size());
+  for (std::size_t k = 0; k < changes.size(); ++k) {
+    const Index e = window_.edges()[k];
+    const bool unary = hierarchy_->level(l).edges[e].node[0] == kNone;
+    changes[k] = FactorChange(hierarchy_->FactorOf(l, e), unary, window_.RelativePoseBefore(k),
+                              window_.RelativePose(k));
+  }
+  return changes;
 }
 
 // What a coarse edge that changes may miss of the pull of those below, in sqrt(chi2): their errors
@@ -147,16 +162,15 @@ double WindowStep<G>::MayMiss(std::size_t k, double change) const {
 // Whether the cost of the graph itself falls. Where coarse edges may miss much of what they promise
 // those below are asked.
 template <typename G>
-bool WindowStep<G>::GraphGains(double promised) const {
+bool WindowStep<G>::GraphGains(double promised, const std::vector<double>& changes) const {
   const int l = window_.level();
-  if (l == 0 || hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return true;
+  if (hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return true;
   const std::size_t num_edges = window_.edges().size();
   const double most = kShareMissedUnasked * promised;
   std::vector<double> missed(num_edges);
   double sum = 0;
   for (std::size_t k = 0; k < num_edges; ++k) {
-    const double change = Change(k);
-    sum += missed[k] = change * MayMiss(k, change);
+    sum += missed[k] = changes[k] * MayMiss(k, changes[k]);
   }
   if (sum < most) return true;
   const auto decrease = [&](double least) {
@@ -211,13 +225,13 @@ Status WindowStep<G>::WhyUnusable(const Status& status) const {
 
 // `left_behind`: the pending of an edge between free nodes after the step.
 template <typename G>
-void WindowStep<G>::RecordChanges(double left_behind, const StressThresholds& thresholds,
-                                  const IsKnown& is_known) {
+void WindowStep<G>::RecordChanges(const std::vector<double>& changes, double left_behind,
+                                  const StressThresholds& thresholds, const IsKnown& is_known) {
   const int l = window_.level();
   for (std::size_t k = 0; k < window_.edges().size(); ++k) {
     const Index e = window_.edges()[k];
     const LevelEdge& edge = hierarchy_->level(l).edges[e];
-    const double change = Change(k);
+    const double change = changes[k];
     TellParent(l, e, change, thresholds, hierarchy_);
     // Step by step it turns away from where it was merged.
     if (l > 0) NoteChanged(l, e, MayMiss(k, change), thresholds, hierarchy_);

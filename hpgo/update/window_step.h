@@ -51,20 +51,22 @@ class WindowStep {
                      const StressThresholds& thresholds, const Budget& budget,
                      const IsKnown& is_known = {});
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
-  // on what has changed; `left_behind` as in RecordChanges, `is_known` as in SolveBy.
-  void Take(double left_behind, const StressThresholds& thresholds, const IsKnown& is_known = {});
+  // on what has changed; `left_behind` as in RecordChanges.
+  void Take(double left_behind, const StressThresholds& thresholds);
   // Why nothing can be solved that holds this edge.
   Status NotFinite(Index level_edge) const;
 
  private:
   bool ChainsGain(double cost_before, SubproblemSummary* summary);
-  double Change(std::size_t edge) const;
+  std::vector<double> Changes() const;
   double MayMiss(std::size_t edge, double change) const;
-  bool GraphGains(double promised) const;
+  bool GraphGains(double promised, const std::vector<double>& changes) const;
+  void Take(const std::vector<double>& changes, double left_behind,
+            const StressThresholds& thresholds, const IsKnown& is_known);
   Motion LargestMoved() const;
   Status WhyUnusable(const Status& status) const;
-  void RecordChanges(double left_behind, const StressThresholds& thresholds,
-                     const IsKnown& is_known);
+  void RecordChanges(const std::vector<double>& changes, double left_behind,
+                     const StressThresholds& thresholds, const IsKnown& is_known);
 
   Hierarchy<G>* hierarchy_;
   LevelEdgeNamer name_;

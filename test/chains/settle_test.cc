@@ -185,6 +185,26 @@ TYPED_TEST(SettleTest, WhatLagsGoesOnLagging) {
   }
 }
 
+// Linearized where it is far from its optimum, a model promises what its edges do not do.
+TYPED_TEST(SettleTest, WhatIsLinearizedFarOffCostsWhatItsEdgesDo) {
+  const Index root = this->Straight(12);
+  this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
+    typename TypeParam::Tangent d = this->ahead_;
+    d(TypeParam::kDof - 1) = edge.edge % 4 < 2 ? 0.4 : -0.4;
+    return TypeParam().Plus(d);
+  });
+  const SpanModel<TypeParam> model = this->tree_.Model(root);
+  double cost = 0;
+  this->tree_.ForEachEdge(root, model.T, Inside::kMean, [&](Index e, const TypeParam& Y) {
+    ceres_costs::FactorTerm<TypeParam> factor;
+    factor.term = &this->tree_.edge(e).term;
+    factor.convention = ceres_costs::ErrorConvention::kTwist;
+    cost += FactorCost(factor, false, Y);
+  });
+  EXPECT_NEAR(this->tree_.CostAt(root, model.T, Inside::kMean), cost, 1e-9 * cost);
+  EXPECT_GT(model.cost - GainAt(model), 1.1 * cost);
+}
+
 // A zigzag: where its first step raises its cost it lags, though nobody names a tolerance; where it
 // comes to rest but for rounding it does not.
 TYPED_TEST(SettleTest, WhatLagsIsToldFromWhatRests) {

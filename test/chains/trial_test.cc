@@ -92,6 +92,23 @@ TYPED_TEST(TrialTest, WhatIsNotTakenBackStays) {
   EXPECT_FALSE(hierarchy.TakeRefreshed().empty());
 }
 
+// Where a chain is bent far its term says little of what its edges cost; where it hardly bends, the
+// edges are not asked.
+TYPED_TEST(TrialTest, WhatIsBentFarCostsWhatItsEdgesDo) {
+  Hierarchy<TypeParam>& hierarchy = this->graph_.hierarchy();
+  const auto of_term = [&](const TypeParam& T) {
+    return FactorCost(hierarchy.FactorOf(0, this->edge_), false, T);
+  };
+  this->graph_.SetWorldPose(this->kEdges, this->Aside(1));
+  const TypeParam near = hierarchy.RelativePose(0, 0, 1);
+  EXPECT_EQ(hierarchy.CostAt(this->edge_, near), of_term(near));
+  EXPECT_GT(this->Cost(), 1.05 * of_term(near));
+  this->graph_.SetWorldPose(this->kEdges, this->Aside(30));
+  const TypeParam far = hierarchy.RelativePose(0, 0, 1);
+  EXPECT_NEAR(hierarchy.CostAt(this->edge_, far), this->Cost(), 1e-9 * this->Cost());
+  EXPECT_GT(this->Cost(), 10 * of_term(far));
+}
+
 // What begins to lag yields to its ends from where it was, not from where it was linearized long
 // before.
 TYPED_TEST(TrialTest, WhatBeginsToLagStaysWhereItIs) {

@@ -77,7 +77,10 @@ class AskBelowTest : public testing::Test {
   StressThresholds thresholds_ = StressThresholds::FromMean(1, 1e-3);
   bool is_dirty_ = false;  // the edge above, after the step
 
- private:
+  static void Scale(double factor, ceres_costs::RelativePoseTerm<SE2>* term) {
+    term->information =
+        ceres_costs::PackedSymmetric<SE2::kDof>(SE2::Matrix(factor * term->information.Dense()));
+  }
   static PoseGraph<SE2> Pairs(int edges_between, double off, int before) {
     PoseGraph<SE2> graph;
     const int first = before > 0 ? 2 : 0;
@@ -124,6 +127,24 @@ TEST_F(AskBelowTest, ASmallOneIsNotTakenWhereEdgesAreFarOff) {
 
 // Others are not asked, for which there would be no place left.
 TEST_F(AskBelowTest, WhatDoesNotTurnIsNotAsked) { EXPECT_FALSE(Follows(0.2, 5, 0, 1998)); }
+
+// Edges that promise too much make doubtful what others say that have not been asked: here one of
+// the first group, which is too soft and would have it go aside.
+TEST_F(AskBelowTest, OthersAreAskedWhereSomeMissMuch) {
+  for (const double promises : {1., 100.}) {
+    Hierarchy<SE2> hierarchy = MakeHierarchy(Pairs(5, 0, 5), {2, 3});
+    Level<SE2>& level = hierarchy.mutable_level(1);
+    level.terms[0].measurement = level.terms[0].measurement * SE2(0, 50, 0);
+    Scale(1e-6, &level.terms[0]);
+    Scale(promises, &level.terms[1]);
+    const Index last = level.edges[1].node[1];
+    hierarchy.SetLocalPose(1, last, hierarchy.WorldPose(1, last) * SE2(0, 0, 0.2));
+    WindowStep<SE2> step(Engine::kBlock, &hierarchy, [](Index e) { return std::to_string(e); });
+    EXPECT_TRUE(step.window().BuildWhole(1, &hierarchy));
+    const StepResult result = step.Solve(10, 1e9, thresholds_, Budget(UpdateLimits()));
+    EXPECT_EQ(result.decrease > 0, promises == 1);
+  }
+}
 
 // However many edges there are below: what is asked is bounded.
 TEST_F(AskBelowTest, ATurnOfMoreEdgesThanMayBeAskedIsTakenAsItIs) {
