@@ -1,5 +1,7 @@
 #include "hpgo/schedule/sweep.h"
 
+#include <algorithm>
+
 namespace hpgo {
 
 bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
@@ -13,7 +15,7 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
   start_ = -1;
   std::vector<int> served(num_levels, 0);
   int windows = 0, idle = 0;  // idle: levels in a row without work
-  bool skipped = false;       // a level had served its share and was passed over
+  bool skipped = false;       // a level was passed over that may have work
   while (idle < num_levels) {
     const bool stop = actions.stop && actions.stop(level);
     if (windows >= limits.max_windows || stop) {
@@ -25,7 +27,11 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
       }
       return false;
     }
-    if (served[level] >= limits.max_windows_per_level) {
+    double largest = 0;
+    for (int k = 0; k < num_levels; ++k) largest = std::max(largest, actions.largest_pending(k));
+    const double pending = actions.largest_pending(level);
+    const bool waits = pending > threshold && pending < limits.least_share * largest;
+    if (waits || served[level] >= limits.max_windows_per_level) {
       skipped = true;
       ++idle;
     } else if (const int worth = actions.serve(level); worth > 0) {

@@ -106,6 +106,17 @@ TEST(SweepTest, DoesNotResumeAtALevelBelowTheThreshold) {
   EXPECT_EQ(levels.order, "212");
 }
 
+// Where one level could gain a hundred times as much, windows elsewhere are wasted.
+TEST(SweepTest, ALevelWithLittlePendingWaits) {
+  FakeLevels levels{{1, 1, 3}, {1, 0, 15}, "", 1000};
+  Sweep sweep;
+  EXPECT_FALSE(sweep.Run(3, {100, 100}, kThreshold, levels.Actions())) << "work is left";
+  EXPECT_EQ(levels.order, "2122");
+  levels.pending = {1, 0, 9};
+  EXPECT_TRUE(sweep.Run(3, {100, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "21220");
+}
+
 TEST(SweepTest, StopsWhenTold) {
   FakeLevels levels{{9, 9}, {}, "", 3};
   EXPECT_FALSE(Sweep().Run(2, {100, 100}, kThreshold, levels.Actions()));
