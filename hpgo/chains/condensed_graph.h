@@ -189,6 +189,8 @@ class CondensedGraph {
 
   // condensed_graph_new_nodes.cc
   std::vector<Index> LooseByAge() const;
+  double LengthOfFreeEnd(Index node) const;
+  bool MeasuresAll(Index edge) const;
   void PoseNewNodes(const std::vector<Index>& loose);
   void FindRoots(const std::vector<Index>& loose);
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "ceres_costs/factor_term.h"
+#include "ceres_costs/whitening.h"
 #include "hpgo/chains/condensed_graph.h"
 
 namespace hpgo {
@@ -21,65 +22,90 @@ std::vector<Index> CondensedGraph<G>::LooseByAge() const {
   return loose;
 }
 
+// m; the path from the last kept node to the end of a chain that hangs free, 0 elsewhere.
+template <typename G>
+double CondensedGraph<G>::LengthOfFreeEnd(Index n) const {
+  const Index c = ChainOfNode(n);
+  if (c == kNone) return 0;
+  const Chain& chain = chains_[c];
+  return chain.node[0] == n || chain.node[1] == n ? chain.length : 0;
+}
+
+// Whether an edge says where its ends are, in all directions.
+template <typename G>
+bool CondensedGraph<G>::MeasuresAll(Index e) const {
+  return ceres_costs::ClassifyInformation<G::kDof>(FactorOf(e).term->information.Dense()) ==
+         ceres_costs::InformationKind::kPositiveDefinite;
+}
+
 // The caller may have posed new nodes in another estimate of the map than the current one. Each
 // takes, of its own pose and those by its oldest edges (what an edge to an older node says, what
-// its new neighbour was moved by), the one at which its edges cost least.
+// its new neighbour was moved by), the one at which its edges cost least. So one that closes a loop
+// jumps, and the chain by which it follows its youngest neighbour takes that up; but no further
+// than that can bend at once: elsewhere it would tear.
 template <typename G>
 void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
-  // A node that closes a loop may jump: the chain behind it takes that up. Several among new nodes
-  // would contradict each other, and tear their trajectory.
-  int closing = 0;
-  for (const Index n : loose) {
-    bool old = false, follows = false;
-    ForEachEdgeOf(n, [&](Index, Index other) {
-      if (other == kNone) return;
-      old |= nodes_[other].born < first_new_;
-      follows |= nodes_[other].born >= first_new_ && nodes_[other].born < nodes_[n].born;
-    });
-    closing += old && follows;
-  }
-  std::map<Index, G> given;  // by new node with its pose found
+  constexpr int kMostTried = 2;
+  struct Posed {
+    G given;
+    double behind;  // m; the path to the last node that may be kept
+  };
+  std::map<Index, Posed> posed;
   for (const Index n : loose) {
     G& pose = loose_.at(n);
-    given.emplace(n, pose);
     struct Tie {
       Index edge, other;
-      G X;  // T_world_other
-      bool old;
+      G X;     // T_world_other
+      G pose;  // of n, that it says
     };
     std::vector<Tie> ties;
     ForEachEdgeOf(n, [&](Index e, Index other) {
       if (other == kNone) return;
-      const bool old = nodes_[other].born < first_new_;  // a new one that is held is not loose
-      if (old || !nodes_[other].loose || given.count(other) > 0)
-        ties.push_back({e, other, WorldPose(other), old});
+      const G X = WorldPose(other);
+      if (const auto it = posed.find(other); it != posed.end()) {
+        ties.push_back({e, other, X, X * it->second.given.Between(pose)});
+      } else if (nodes_[other].born < first_new_) {
+        const G& Z = FactorOf(e).term->measurement;
+        ties.push_back({e, other, X, X * (edges_[e].node[1] == n ? Z : Z.Inverse())});
+      } else if (!nodes_[other].loose) {  // held
+        ties.push_back({e, other, X, pose});
+      }
     });
-    if (ties.empty()) continue;
-    const auto cost = [&](const G& X) {
-      double sum = 0;
-      for (const Tie& tie : ties) {
-        const bool forward = edges_[tie.edge].node[1] == n;
-        sum += FactorCost(FactorOf(tie.edge), false, forward ? tie.X.Between(X) : X.Between(tie.X));
-      }
-      return sum;
-    };
-    std::vector<G> candidates;
-    for (auto tie = ties.rbegin(); tie != ties.rend() && candidates.size() < 2; ++tie) {
-      if (tie->old) {
-        const G& Z = FactorOf(tie->edge).term->measurement;
-        candidates.push_back(tie->X * (edges_[tie->edge].node[1] == n ? Z : Z.Inverse()));
-      } else if (given.count(tie->other) > 0) {
-        candidates.push_back(tie->X * given.at(tie->other).Between(given.at(n)));
-        if (closing > 1) break;
+    SpanModel<G> behind;
+    const G given = pose;
+    if (!ties.empty()) {
+      const Tie& followed = *std::max_element(
+          ties.begin(), ties.end(),
+          [&](const Tie& a, const Tie& b) { return nodes_[a.other].born < nodes_[b.other].born; });
+      const auto it = posed.find(followed.other);
+      const double length = it != posed.end() ? it->second.behind : LengthOfFreeEnd(followed.other);
+      behind.T = followed.pose;
+      behind.length =
+          static_cast<float>(length + followed.X.Between(followed.pose).translation().norm());
+      const auto is_within_reach = [&](const G& X) {
+        return BendAt(behind, X) <= kReachOfNewNode || !MeasuresAll(followed.edge);
+      };
+      const auto cost = [&](const G& X) {
+        double sum = 0;
+        for (const Tie& tie : ties) {
+          const bool forward = edges_[tie.edge].node[1] == n;
+          sum +=
+              FactorCost(FactorOf(tie.edge), false, forward ? tie.X.Between(X) : X.Between(tie.X));
+        }
+        return sum;
+      };
+      if (!is_within_reach(pose)) pose = followed.pose;
+      double least = cost(pose);
+      int tried = 0;
+      for (auto tie = ties.rbegin(); tie != ties.rend() && tried < kMostTried; ++tie, ++tried) {
+        if (!is_within_reach(tie->pose)) continue;
+        const double at = cost(tie->pose);
+        if (!(at < least)) continue;
+        least = at;
+        pose = tie->pose.Normalized();
       }
     }
-    double least = cost(pose);
-    for (const G& candidate : candidates) {
-      const double at = cost(candidate);
-      if (!(at < least)) continue;
-      least = at;
-      pose = candidate.Normalized();
-    }
+    posed.insert({n, {given, ties.size() == 1 ? behind.length : 0}});
   }
 }
 

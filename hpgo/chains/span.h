@@ -13,6 +13,9 @@ inline constexpr double kReach = 0.5;
 // rad, or m per m, by which a stretch may bend before it is looked into on its way.
 inline constexpr double kFarOnTheWay = 0.05;
 
+// rad, or m per m, by which a new node may bend the chain behind it where it is posed.
+inline constexpr double kReachOfNewNode = 0.2;
+
 // A stretch of a chain from its first node a to its last node b, the nodes between eliminated: the
 // best relative pose of its ends, with the covariance of a right perturbation of T_a_b. Covariances
 // add up along a chain, which keeps all digits; information does not (closure studies: 1e-13
