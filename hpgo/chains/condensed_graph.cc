@@ -235,11 +235,18 @@ void CondensedGraph<G>::FinishChain(Index c) {
 }
 
 template <typename G>
-void CondensedGraph<G>::PlaceOnLevel(Index e, const EdgeData<G>& data, bool is_new) {
+void CondensedGraph<G>::PlaceOnLevel(Index e, EdgeData<G> data, bool is_new) {
   Edge& edge = edges_[e];
   const auto level_node = [&](Index n) { return n == kNone ? kNone : nodes_[n].level_node; };
+  const Index a = level_node(edge.node[0]), b = level_node(edge.node[1]);
+  // A group moves rigidly, and no level above sees what is inside: it must not be what is turned
+  // further than windows down here reach.
+  if (condense_ && a != kNone &&
+      IsTwisted(data.term.measurement, hierarchy_.RelativePose(0, a, b))) {
+    data.weight = 0;
+  }
   edge.place = Place::kLevel;
-  edge.at = hierarchy_.AddEdge(level_node(edge.node[0]), level_node(edge.node[1]), data);
+  edge.at = hierarchy_.AddEdge(a, b, data);
   while (static_cast<Index>(edge_of_level_.size()) <= edge.at) edge_of_level_.push_back(kNone);
   edge_of_level_[edge.at] = e;
   placed_.push_back({edge.at, is_new});

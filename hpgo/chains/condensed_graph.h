@@ -154,7 +154,7 @@ class CondensedGraph {
 
   void SetTerm(Chain* chain, const G& T);
   void NoteChi2(Chain* chain);
-  void PlaceOnLevel(Index edge, const EdgeData<G>& data, bool is_new);
+  void PlaceOnLevel(Index edge, EdgeData<G> data, bool is_new);
   void FinishChain(Index chain);
   void SetLags(Chain* chain, bool lags);
   void LinearizeWhereItIs(Chain* chain, const G& T);

@@ -22,6 +22,7 @@ class NewNodesTest : public testing::Test {
   }
   static EdgeData<G> Edge(const G& measurement, double information) {
     EdgeData<G> data;
+    data.weight = 1;
     data.term.measurement = measurement;
     data.term.information =
         ceres_costs::PackedSymmetric<G::kDof>((information * G::Matrix::Identity()).eval());
@@ -82,6 +83,20 @@ TYPED_TEST(NewNodesTest, TheChainBehindIsCountedThroughNewNodes) {
     this->graph_.AddEdge(k - 1, k, this->Edge(this->Along(0, 1), 1));
   }
   EXPECT_DOUBLE_EQ(this->GoesAside(5, pose * this->Along(0, 1)), 5);
+}
+
+// A group moves rigidly, and what is inside is seen by no level above.
+TYPED_TEST(NewNodesTest, AClosureThatIsTurnedFarHoldsNoGroupTogether) {
+  this->AddRow();
+  for (const double turn : {0.3, 1.}) {
+    typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
+    d(TypeParam::kDof - 1) = turn;
+    const Index e =
+        this->graph_.AddEdge(0, this->kEdges, this->Edge(this->Along(0, this->kEdges).Plus(d), 1));
+    this->graph_.Restructure();
+    const Index edge = this->graph_.LevelEdgeOf(e);
+    EXPECT_EQ(this->graph_.hierarchy().level(0).edges[edge].weight > 0, turn < 0.5);
+  }
 }
 
 // An edge that does not say where its end is holds no chain together.
