@@ -14,8 +14,9 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
   }
   start_ = -1;
   std::vector<int> served(num_levels, 0);
-  int windows = 0, idle = 0;  // idle: levels in a row without work
-  bool skipped = false;       // a level was passed over that may have work
+  int windows = 0, idle = 0;                   // idle: levels in a row without work
+  std::vector<bool> rests(num_levels, false);  // had no work when it was asked
+  bool skipped = false;                        // a level was passed over that may have work
   while (idle < num_levels) {
     const bool stop = actions.stop && actions.stop(level);
     if (windows >= limits.max_windows || stop) {
@@ -28,7 +29,9 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
       return false;
     }
     double largest = 0;
-    for (int k = 0; k < num_levels; ++k) largest = std::max(largest, actions.largest_pending(k));
+    for (int k = 0; k < num_levels; ++k) {
+      if (!rests[k]) largest = std::max(largest, actions.largest_pending(k));
+    }
     const double pending = actions.largest_pending(level);
     const bool waits = pending > threshold && pending < limits.least_share * largest;
     if (waits || served[level] >= limits.max_windows_per_level) {
@@ -38,7 +41,9 @@ bool Sweep::Run(int num_levels, const SweepLimits& limits, double threshold,
       ++served[level];
       windows += worth;
       idle = 0;
+      rests.assign(num_levels, false);
     } else {
+      rests[level] = true;
       ++idle;
     }
     level = level == 0 ? top : level - 1;

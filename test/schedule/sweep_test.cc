@@ -117,6 +117,13 @@ TEST(SweepTest, ALevelWithLittlePendingWaits) {
   EXPECT_EQ(levels.order, "21220");
 }
 
+// Nor does one wait for another that has no work for now, whatever is pending there.
+TEST(SweepTest, NoLevelWaitsForOneWithoutWork) {
+  FakeLevels levels{{1, 0}, {1, 15}, "", 1000};
+  EXPECT_TRUE(Sweep().Run(2, {100, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "0");
+}
+
 TEST(SweepTest, StopsWhenTold) {
   FakeLevels levels{{9, 9}, {}, "", 3};
   EXPECT_FALSE(Sweep().Run(2, {100, 100}, kThreshold, levels.Actions()));
