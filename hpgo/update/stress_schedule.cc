@@ -131,6 +131,7 @@ ScheduleResult StressSchedule<G>::Run() {
   limits.max_windows = tools_.options.max_windows;
   if (plan_.budget.HasTimeLimit()) {
     limits.max_windows = limits.max_windows_per_level = std::numeric_limits<int>::max();
+    limits.least_share = 0;  // a damped level may keep its pending as long as there is time
   }
   SweepActions actions;
   actions.stop = [&](int l) { return IsStopped(l); };
