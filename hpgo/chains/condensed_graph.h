@@ -171,6 +171,7 @@ class CondensedGraph {
   void Link(Index edge);
   void Unlink(Index edge);
   void Touch(Index node);
+  static bool MeasuresAll(const ceres_costs::RelativePoseTerm<G>& term);
   bool Binds(const EdgeData<G>& data) const;
   void Bind(Index edge);
   bool WantsKept(Index node) const;
@@ -190,7 +191,6 @@ class CondensedGraph {
   // condensed_graph_new_nodes.cc
   std::vector<Index> LooseByAge() const;
   double LengthOfFreeEnd(Index node) const;
-  bool MeasuresAll(Index edge) const;
   void PoseNewNodes(const std::vector<Index>& loose);
   void FindRoots(const std::vector<Index>& loose);
 

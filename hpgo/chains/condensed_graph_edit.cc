@@ -8,11 +8,16 @@
 
 namespace hpgo {
 
+// Whether it says where one end is against the other, in all directions.
+template <typename G>
+bool CondensedGraph<G>::MeasuresAll(const ceres_costs::RelativePoseTerm<G>& term) {
+  return ceres_costs::ClassifyInformation<G::kDof>(term.information.Dense()) ==
+         ceres_costs::InformationKind::kPositiveDefinite;
+}
+
 template <typename G>
 bool CondensedGraph<G>::Binds(const EdgeData<G>& data) const {
-  return data.loss != nullptr || data.custom != nullptr ||
-         ceres_costs::ClassifyInformation<G::kDof>(data.term.information.Dense()) !=
-             ceres_costs::InformationKind::kPositiveDefinite;
+  return data.loss != nullptr || data.custom != nullptr || !MeasuresAll(data.term);
 }
 
 template <typename G>

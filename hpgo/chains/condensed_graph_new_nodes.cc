@@ -5,7 +5,6 @@
 #include <numeric>
 
 #include "ceres_costs/factor_term.h"
-#include "ceres_costs/whitening.h"
 #include "hpgo/chains/condensed_graph.h"
 
 namespace hpgo {
@@ -29,13 +28,6 @@ double CondensedGraph<G>::LengthOfFreeEnd(Index n) const {
   if (c == kNone) return 0;
   const Chain& chain = chains_[c];
   return chain.node[0] == n || chain.node[1] == n ? chain.length : 0;
-}
-
-// Whether an edge says where its ends are, in all directions.
-template <typename G>
-bool CondensedGraph<G>::MeasuresAll(Index e) const {
-  return ceres_costs::ClassifyInformation<G::kDof>(FactorOf(e).term->information.Dense()) ==
-         ceres_costs::InformationKind::kPositiveDefinite;
 }
 
 // The caller may have posed new nodes in another estimate of the map than the current one. Each
@@ -71,39 +63,40 @@ void CondensedGraph<G>::PoseNewNodes(const std::vector<Index>& loose) {
         ties.push_back({e, other, X, pose});
       }
     });
-    SpanModel<G> behind;
     const G given = pose;
-    if (!ties.empty()) {
-      const Tie& followed = *std::max_element(
-          ties.begin(), ties.end(),
-          [&](const Tie& a, const Tie& b) { return nodes_[a.other].born < nodes_[b.other].born; });
-      const auto it = posed.find(followed.other);
-      const double length = it != posed.end() ? it->second.behind : LengthOfFreeEnd(followed.other);
-      behind.T = followed.pose;
-      behind.length =
-          static_cast<float>(length + followed.X.Between(followed.pose).translation().norm());
-      const auto is_within_reach = [&](const G& X) {
-        return BendAt(behind, X) <= kReachOfNewNode || !MeasuresAll(followed.edge);
-      };
-      const auto cost = [&](const G& X) {
-        double sum = 0;
-        for (const Tie& tie : ties) {
-          const bool forward = edges_[tie.edge].node[1] == n;
-          sum +=
-              FactorCost(FactorOf(tie.edge), false, forward ? tie.X.Between(X) : X.Between(tie.X));
-        }
-        return sum;
-      };
-      if (!is_within_reach(pose)) pose = followed.pose;
-      double least = cost(pose);
-      int tried = 0;
-      for (auto tie = ties.rbegin(); tie != ties.rend() && tried < kMostTried; ++tie, ++tried) {
-        if (!is_within_reach(tie->pose)) continue;
-        const double at = cost(tie->pose);
-        if (!(at < least)) continue;
-        least = at;
-        pose = tie->pose.Normalized();
+    if (ties.empty()) {
+      posed.insert({n, {given, 0}});
+      continue;
+    }
+    const Tie& followed = *std::max_element(
+        ties.begin(), ties.end(),
+        [&](const Tie& a, const Tie& b) { return nodes_[a.other].born < nodes_[b.other].born; });
+    const auto it = posed.find(followed.other);
+    const double length = it != posed.end() ? it->second.behind : LengthOfFreeEnd(followed.other);
+    SpanModel<G> behind;
+    behind.T = followed.pose;
+    behind.length =
+        static_cast<float>(length + followed.X.Between(followed.pose).translation().norm());
+    const auto is_within_reach = [&](const G& X) {
+      return BendAt(behind, X) <= kReachOfNewNode || !MeasuresAll(*FactorOf(followed.edge).term);
+    };
+    const auto cost = [&](const G& X) {
+      double sum = 0;
+      for (const Tie& tie : ties) {
+        const bool forward = edges_[tie.edge].node[1] == n;
+        sum += FactorCost(FactorOf(tie.edge), false, forward ? tie.X.Between(X) : X.Between(tie.X));
       }
+      return sum;
+    };
+    if (!is_within_reach(pose)) pose = followed.pose;
+    double least = cost(pose);
+    int tried = 0;
+    for (auto tie = ties.rbegin(); tie != ties.rend() && tried < kMostTried; ++tie, ++tried) {
+      if (!is_within_reach(tie->pose)) continue;
+      const double at = cost(tie->pose);
+      if (!(at < least)) continue;
+      least = at;
+      pose = tie->pose.Normalized();
     }
     posed.insert({n, {given, ties.size() == 1 ? behind.length : 0}});
   }
