@@ -85,6 +85,29 @@ TYPED_TEST(NewNodesTest, TheChainBehindIsCountedThroughNewNodes) {
   EXPECT_DOUBLE_EQ(this->GoesAside(5, pose * this->Along(0, 1)), 5);
 }
 
+// It begins anew at one that closes a loop itself.
+TYPED_TEST(NewNodesTest, TheChainBehindBeginsAtTheLastClosure) {
+  this->AddRow();
+  const TypeParam next = this->Along(0, this->kEdges + 1);
+  const Index n = this->graph_.AddNode(next);
+  this->graph_.AddEdge(n - 1, n, this->Edge(this->Along(0, 1), 1));
+  this->graph_.AddEdge(0, n, this->Edge(next, 1));
+  EXPECT_DOUBLE_EQ(this->GoesAside(5, next * this->Along(0, 1)), 0);
+}
+
+// A new neighbour that is held is where the caller has it, and so is what follows it.
+TYPED_TEST(NewNodesTest, OneThatFollowsAHeldNodeStaysWithIt) {
+  this->AddRow();
+  const Index held = this->graph_.AddNode(this->Along(0, this->kEdges + 2));
+  this->graph_.SetHeld(held, true);
+  const Index n = this->graph_.AddNode(this->Along(0, this->kEdges + 1));
+  this->graph_.AddEdge(this->kEdges, n, this->Edge(this->Along(0, 1) * this->Along(1, 5), 1));
+  this->graph_.AddEdge(held, n, this->Edge(this->Along(0, -1), 100));
+  this->graph_.AddEdge(0, n, this->Edge(this->Along(0, this->kEdges + 1), 1e-6));  // n is kept
+  this->graph_.Restructure();
+  EXPECT_DOUBLE_EQ(this->graph_.WorldPose(n).translation()(1), 0);
+}
+
 // A group moves rigidly, and what is inside is seen by no level above.
 TYPED_TEST(NewNodesTest, AClosureThatIsTurnedFarHoldsNoGroupTogether) {
   this->AddRow();
@@ -97,6 +120,18 @@ TYPED_TEST(NewNodesTest, AClosureThatIsTurnedFarHoldsNoGroupTogether) {
     const Index edge = this->graph_.LevelEdgeOf(e);
     EXPECT_EQ(this->graph_.hierarchy().level(0).edges[edge].weight > 0, turn < 0.5);
   }
+}
+
+// The paper's weights stay what they are.
+TYPED_TEST(NewNodesTest, WhereNoChainsAreCondensedItDoes) {
+  CondensedGraph<TypeParam> graph(HierarchyOptions(), false);
+  for (int k = 0; k < 2; ++k) graph.AddNode(TypeParam());
+  typename TypeParam::Tangent d = TypeParam::Tangent::Zero();
+  d(TypeParam::kDof - 1) = 1;
+  graph.AddEdge(0, 1, this->Edge(TypeParam(), 1));
+  const Index e = graph.AddEdge(0, 1, this->Edge(TypeParam().Plus(d), 1));
+  graph.Restructure();
+  EXPECT_EQ(graph.hierarchy().level(0).edges[graph.LevelEdgeOf(e)].weight, 1);
 }
 
 // An edge that does not say where its end is holds no chain together.
