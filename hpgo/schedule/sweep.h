@@ -9,8 +9,8 @@ namespace hpgo {
 struct SweepLimits {
   int max_windows = 3;  // M: windows an update, the top's solve among them
   int max_windows_per_level = 2;
-  // Of the largest pending of all levels, below which one waits: pending is the root of what a
-  // level gains, so that a window there would gain less than a hundredth.
+  // Of the largest pending of the levels that may be served, below which one waits: pending is the
+  // root of what a level gains, so that a window there would gain less than a hundredth.
   double least_share = 0.1;
 };
 
@@ -25,8 +25,9 @@ struct SweepActions {
   std::function<bool(int level)> stop;
 };
 
-// Serves levels top to bottom, in turns, until none finds work or a limit is hit. Remembers where a
-// limit hit it: always starting at the top would starve the lower levels. Not synchronized.
+// Serves levels top to bottom, in turns, until none finds work or a limit is hit. A level may be
+// served unless it had no work since the last window, or has had its share. Remembers where a limit
+// of the whole hit it: always starting at the top would starve the lower levels. Not synchronized.
 class Sweep {
  public:
   // `threshold`: pending below it, in sqrt(chi2), is no reason to begin at a level.

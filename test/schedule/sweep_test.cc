@@ -108,13 +108,19 @@ TEST(SweepTest, DoesNotResumeAtALevelBelowTheThreshold) {
 
 // Where one level could gain a hundred times as much, windows elsewhere are wasted.
 TEST(SweepTest, ALevelWithLittlePendingWaits) {
-  FakeLevels levels{{1, 1, 3}, {1, 0, 15}, "", 1000};
-  Sweep sweep;
-  EXPECT_FALSE(sweep.Run(3, {100, 100}, kThreshold, levels.Actions())) << "work is left";
-  EXPECT_EQ(levels.order, "2122");
-  levels.pending = {1, 0, 9};
-  EXPECT_TRUE(sweep.Run(3, {100, 100}, kThreshold, levels.Actions()));
-  EXPECT_EQ(levels.order, "21220");
+  FakeLevels levels{{1, 1, 3}, {1, 1.2, 15}, "", 1000};
+  EXPECT_TRUE(Sweep().Run(3, {100, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "22210");
+  levels = {{1, 1, 3}, {2, 2, 15}, "", 1000};
+  EXPECT_TRUE(Sweep().Run(3, {100, 100}, kThreshold, levels.Actions()));
+  EXPECT_EQ(levels.order, "21022");
+}
+
+// Windows that one level may not have are for the others.
+TEST(SweepTest, NoLevelWaitsForOneThatHasHadItsShare) {
+  FakeLevels levels{{1, 5}, {1, 15}, "", 1000};
+  EXPECT_FALSE(Sweep().Run(2, {100, 2}, kThreshold, levels.Actions())) << "work is left";
+  EXPECT_EQ(levels.order, "110");
 }
 
 // Nor does one wait for another that has no work for now, whatever is pending there.
