@@ -112,7 +112,8 @@ int ReplayGraph(const std::string& input, ReplaySettings settings, const hpgo::P
   figures.levels = LevelSizes(optimizer.hierarchy());
   figures.cost = optimizer.Cost();
   figures.chi2 = Chi2(optimizer);
-  const hpgo::PoseGraph<F> estimate = in_file(optimizer.ToGraph());
+  hpgo::PoseGraph<F> estimate;  // a copy of the map: only where it is asked for
+  if (!FLAGS_output.empty() || reference.has_value()) estimate = in_file(optimizer.ToGraph());
   if (reference.has_value()) {
     const hpgo::Result<ReferenceError> error = CompareWithReference(estimate, input, *reference);
     if (!error.ok()) return Fail(error.status());
