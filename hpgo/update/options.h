@@ -41,7 +41,7 @@ struct OptimizerOptions {
   int window_edges = 1000;  // edges of a window
   // M: windows an update, the top's solve among them, each worth as many as it is larger than the
   // options say. More: faster convergence, longer updates.
-  int max_windows = 3;
+  int max_windows = 4;
   // Of a window's solve, and of the top's; fixed schedules solve the top to convergence.
   int window_iterations = 1;
   // Stress threshold, relative to the mean chi2 of an edge. Smaller: closer to the optimum, slower.
