@@ -19,6 +19,12 @@ StressThresholds StressThresholds::FromMean(double mean_chi2, double relative) {
   return thresholds;
 }
 
+StressThresholds StressThresholds::MergingAll(CoarseEdges coarse_edges) const {
+  StressThresholds thresholds = *this;
+  if (coarse_edges == CoarseEdges::kGalerkin) thresholds.dirty = 0;  // others hold measurements
+  return thresholds;
+}
+
 template <typename G>
 double NodeStress(int l, Index n, int max_edges, Hierarchy<G>* hierarchy, int* looked_at) {
   Level<G>& level = hierarchy->mutable_level(l);

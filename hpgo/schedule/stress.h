@@ -14,6 +14,10 @@ struct StressThresholds {
   float dirty = 0;    // in sqrt(chi2): nor a merge
   // tau = relative * mean, the others sqrt(tau) / 2.
   static StressThresholds FromMean(double mean_chi2, double relative);
+  // For a step of all of level 0. It moves the members of a group far, and rigidly where a loop
+  // closes, while the group's frame stays: what pulls at it from elsewhere then has hardly changed,
+  // adds up, and windows above would undo the step by it. So what is above any change is dirty.
+  StressThresholds MergingAll(CoarseEdges coarse_edges) const;
 };
 
 // The predicted decrease of chi2 when one node moves alone, g' H^-1 g; 0 for a constant node. Looks

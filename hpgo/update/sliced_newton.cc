@@ -92,10 +92,7 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Step(const UpdateTools<G>& tool
   ++report->windows;
   newton_.SetNames(&tools.step.window().nodes());
   const Level<G>& level = tools.graph.hierarchy().level(0);
-  StressThresholds thresholds = plan.thresholds;
-  // All of it moves: what is a little stale everywhere adds up, and windows above would undo the
-  // step by it.
-  if (tools.options.coarse_edges == CoarseEdges::kGalerkin) thresholds.dirty = 0;
+  const StressThresholds thresholds = plan.thresholds.MergingAll(tools.options.coarse_edges);
   const StepResult step = tools.step.SolveBy(&newton_, {}, thresholds, plan.budget, [&](Index e) {
     return e < static_cast<Index>(known_.size()) && known_[e] == level.edges[e].generation + 1;
   });

@@ -69,15 +69,6 @@ class OpenedGraph {
   Subproblem<G> problem_;
 };
 
-// A group's frame stays where it was while a solve of everything moves its members, rigidly and far
-// where a loop closes: the pull of an edge that has hardly changed is carried to the frame from
-// elsewhere then. So what is above it is to be merged again, however little it has changed.
-template <typename G>
-StressThresholds MergingAll(StressThresholds thresholds, const Hierarchy<G>& hierarchy) {
-  if (hierarchy.options().coarse_edges == CoarseEdges::kGalerkin) thresholds.dirty = 0;
-  return thresholds;
-}
-
 }  // namespace
 
 template <typename G>
@@ -108,7 +99,7 @@ void SolveOpened(const UpdateTools<G>& tools, const UpdatePlan& plan, double max
     }
     // Where it had to end before the optimum every edge is worth another look.
     tools.step.Take(summary.converged ? 0 : 2 * plan.thresholds.pending,
-                    MergingAll(plan.thresholds, graph.hierarchy()));
+                    plan.thresholds.MergingAll(tools.options.coarse_edges));
   }
   step.decrease = summary.initial_cost - CostOf(&graph);
   Note(step, report);
@@ -129,8 +120,9 @@ WholeSolve SolveWholeGraph(const UpdateTools<G>& tools, const UpdatePlan& plan,
     if (turn > 0) tools.graph.SettleAll();
     if (!tools.step.window().BuildWhole(0, &hierarchy)) return WholeSolve::kConverged;
     ++report->windows;
-    const StepResult step = tools.step.Solve(iterations, plan.budget.SecondsLeft(),
-                                             MergingAll(plan.thresholds, hierarchy), plan.budget);
+    const StepResult step =
+        tools.step.Solve(iterations, plan.budget.SecondsLeft(),
+                         plan.thresholds.MergingAll(tools.options.coarse_edges), plan.budget);
     Note(step, report);
     if (!step.status.ok()) return WholeSolve::kStuck;
     if (plan.budget.IsCancelled()) return WholeSolve::kCutShort;

@@ -175,5 +175,13 @@ TEST(StressThresholdsTest, FollowTheMean) {
   EXPECT_GT(StressThresholds::FromMean(-1, 1e-2).tau, 0);
 }
 
+// The paper's condensed edges are measurements, which a step of everything does not change.
+TEST(StressThresholdsTest, OnlyGalerkinEdgesAreAllMergedAnew) {
+  const StressThresholds usual = StressThresholds::FromMean(1, 1e-3);
+  ASSERT_GT(usual.dirty, 0);
+  EXPECT_EQ(usual.MergingAll(CoarseEdges::kGalerkin).dirty, 0);
+  EXPECT_EQ(usual.MergingAll(CoarseEdges::kCondensed).dirty, usual.dirty);
+}
+
 }  // namespace
 }  // namespace hpgo
