@@ -75,9 +75,9 @@ inline constexpr double kShareOfFarOff = 0.01;
 // --- Newton steps in slices.
 // So many updates in a row that are far from the optimum are not just a closure, or two.
 inline constexpr int kUpdatesFarOff = 4;
-// Numbers multiplied by an update: about what its windows take in dense worlds, several times that
-// in chain-like ones, whose blocks are few and whose windows are cheap.
-inline constexpr double kMultiplicationsOfASlice = 6e7;
+// Numbers multiplied by an update: 16 ms. Four times as many updates, each of a quarter of that,
+// take longer in all, since windows go on beside them.
+inline constexpr double kMultiplicationsOfASlice = 2.4e8;
 // Of level 0: it is ordered, linearized and moved in one update each. 0.1 to 0.2 s at
 // 23,000.
 inline constexpr int kMostNodesOfNewton = 30000;

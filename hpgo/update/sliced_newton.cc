@@ -21,6 +21,7 @@ void SlicedNewton<G>::DoSlice(const UpdateTools<G>& tools, const UpdatePlan& pla
   if (std::exchange(is_loaded_, false)) stage_ = Resume();
   switch (stage_) {
     case Stage::kIdle:
+    case Stage::kSpent:
       return;
     case Stage::kWanted:
       stage_ = Begin(tools);
@@ -28,6 +29,7 @@ void SlicedNewton<G>::DoSlice(const UpdateTools<G>& tools, const UpdatePlan& pla
     case Stage::kFactoring:
       stage_ = Factor();
       break;
+    case Stage::kFactored:
     case Stage::kStepping:
       stage_ = Step(tools, plan, report);
       break;
@@ -37,15 +39,19 @@ void SlicedNewton<G>::DoSlice(const UpdateTools<G>& tools, const UpdatePlan& pla
 
 template <typename G>
 void SlicedNewton<G>::Note(const ScheduleResult& windows, double far_off,
-                           const Hierarchy<G>& hierarchy) {
+                           const CondensedGraph<G>& graph) {
   if (windows.at_rest) return Drop();
-  // The top is solved whole as it is. Few nodes of a large map cannot gain as much.
+  const Hierarchy<G>& hierarchy = graph.hierarchy();
   const Level<G>& level = hierarchy.level(0);
+  // The top is solved whole as it is; chains that hold most of the edges do not follow such a step.
+  const bool can_gain = hierarchy.num_levels() > 1 && 2 * level.num_edges > graph.num_edges();
+  // Few nodes of a large map cannot gain as much.
   const double share = static_cast<double>(windows.solved_nodes) / level.num_nodes;
-  const bool is_far_off =
-      hierarchy.num_levels() > 1 && windows.decrease > far_off * std::sqrt(std::min(1., share));
+  const bool is_far_off = can_gain && windows.decrease > far_off * std::sqrt(std::min(1., share));
   updates_far_off_ = is_far_off ? updates_far_off_ + 1 : 0;
-  if (stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff) stage_ = Stage::kWanted;
+  if (stage_ == Stage::kSpent && !is_far_off) return Drop();
+  const bool begins = stage_ == Stage::kIdle && updates_far_off_ == kUpdatesFarOff;
+  if (begins || stage_ == Stage::kSpent) stage_ = Stage::kWanted;
 }
 
 // As a window; false if it is too large, or nothing is free.
@@ -63,6 +69,7 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Begin(const UpdateTools<G>& too
   VLOG(1) << "newton: factors " << window.num_free() << " nodes";
   if (!newton_.Begin(window.subproblem(), window.nodes())) return Stage::kIdle;
   if (newton_.factor_size() > kMostNumbersOfNewton) return Stage::kIdle;
+  slices_ = 0;
   const Level<G>& level = tools.graph.hierarchy().level(0);
   known_.assign(level.edges.size(), 0);
   for (const Index e : window.edges()) known_[e] = level.edges[e].generation + 1;
@@ -77,7 +84,7 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Factor() {
     case Progress::kUnderWay:
       return Stage::kFactoring;
     case Progress::kDone:
-      return Stage::kStepping;
+      return Stage::kFactored;
     case Progress::kFailed:
       break;
   }
@@ -98,7 +105,8 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Step(const UpdateTools<G>& tool
   });
   hpgo::Note(step, report);
   VLOG(1) << "newton: cost " << step.initial_cost << " -> " << step.initial_cost - step.decrease;
-  return step.decrease > kShareOfFarOff * step.initial_cost ? Stage::kStepping : Stage::kIdle;
+  if (step.decrease > kShareOfFarOff * step.initial_cost) return Stage::kStepping;
+  return stage_ == Stage::kStepping ? Stage::kSpent : Stage::kIdle;
 }
 
 // To where it was when it was saved; idle if what was loaded makes no sense.
@@ -108,7 +116,7 @@ typename SlicedNewton<G>::Stage SlicedNewton<G>::Resume() {
   if (!newton_.Resume()) return Stage::kIdle;
   Progress progress = Progress::kUnderWay;
   // Another machine may order it in another way.
-  const auto goes_on = [&](int k) { return k < slices_ || stage_ == Stage::kStepping; };
+  const auto goes_on = [&](int k) { return k < slices_ || stage_ > Stage::kFactoring; };
   for (int k = 0; goes_on(k) && progress == Progress::kUnderWay; ++k) {
     progress = newton_.GoOn(kMultiplicationsOfASlice);
   }

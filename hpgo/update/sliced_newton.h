@@ -13,9 +13,10 @@ namespace hpgo {
 // Where update after update gains much, the estimate is far from its optimum, and windows would
 // need hundreds of updates for the last percents: what is left is smooth, and runs over the whole
 // graph. Then level 0 is factored, a slice an update beside the windows; and steps are made with
-// the factor as long as they gain much. Holds the factor meanwhile, 5 KB a node in dense worlds of
-// 10,000. Given up where anything else works on the whole graph: Refine, Converge, an update with a
-// limit of time, one of another mode. Changes with every update. Not synchronized.
+// the factor as long as they gain much, then with the next one, of the Hessian from there, while
+// windows still do. Holds the factor meanwhile, 5 KB a node in dense worlds of 10,000. Given up
+// where anything else works on the whole graph: Refine, Converge, an update with a limit of time,
+// one of another mode. Changes with every update. Not synchronized.
 template <typename G>
 class SlicedNewton {
  public:
@@ -23,8 +24,9 @@ class SlicedNewton {
   void DoSlice(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report);
   // What the windows of the update have come to: the next one begins to factor if this was one of
   // several that gained much. That is `far_off` where they solved as many nodes, on whatever level,
-  // as level 0 has, and goes with the root of them below. At rest there is nothing left to do.
-  void Note(const ScheduleResult& windows, double far_off, const Hierarchy<G>& hierarchy);
+  // as level 0 has, and goes with the root of them below. At rest there is nothing left to do;
+  // where most edges are in chains, such steps were seen to gain nothing.
+  void Note(const ScheduleResult& windows, double far_off, const CondensedGraph<G>& graph);
   void Drop() { *this = SlicedNewton(); }
 
   template <typename Archive, typename Self>
@@ -36,7 +38,8 @@ class SlicedNewton {
   }
 
  private:
-  enum class Stage { kIdle, kWanted, kFactoring, kStepping };
+  // A factor is spent once its steps, having gained much, do not any more.
+  enum class Stage { kIdle, kWanted, kFactoring, kFactored, kStepping, kSpent };
   static bool BuildLevel(const UpdateTools<G>& tools);
   Stage Resume();
   Stage Begin(const UpdateTools<G>& tools);

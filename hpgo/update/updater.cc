@@ -92,7 +92,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (options_.schedule == Schedule::kStress) {
       const ScheduleResult windows = RunStressSchedule(tools, plan, &report);
       report.at_rest = windows.at_rest;
-      if (in_slices) newton_.Note(windows, plan.far_off, graph_.hierarchy());
+      if (in_slices) newton_.Note(windows, plan.far_off, graph_);
     } else {
       RunFixedSchedule(tools, plan, changes.newest, &report);
     }

@@ -26,35 +26,51 @@ PoseGraph<SE3> Ring(int nodes, int across) {
   return graph;
 }
 
-// Counts the groups of fields that are saved: the factor is one of its own.
+// Counts the groups of fields that are saved: the factor is one of its own. A loaded state factors
+// as many slices again.
 struct Counter {
   template <typename... Values>
   void operator()(const Values&...) {
     ++groups;
   }
-  int groups = 0;
+  template <typename Updates, typename Stage>
+  void operator()(const Updates&, const Stage&, const int& slices_so_far) {
+    ++groups;
+    slices = slices_so_far;
+  }
+  int groups = 0, slices = 0;
 };
 
 class SlicedNewtonTest : public testing::Test {
  protected:
-  bool HasFactor() const {
+  Counter Saved() const {
     Counter counter;
     SlicedNewton<SE3>::Fields(counter, newton_);
-    return counter.groups > 1;
+    return counter;
   }
+  bool HasFactor() const { return Saved().groups > 1; }
   // What the windows of an update gain; more than 1 is much.
   void GainByWindows(double gain, UpdateFixture<SE3>* update, int covered = 1 << 20) {
-    newton_.Note({false, gain, covered}, 1, update->hierarchy());
+    newton_.Note({false, gain, covered}, 1, update->graph());
   }
-  void DoSlice(UpdateFixture<SE3>* update) {
+  // Whether it made a step.
+  bool DoSlice(UpdateFixture<SE3>* update) {
     const Budget budget{UpdateLimits()};
     const StressThresholds thresholds = StressThresholds::FromMean(1, 1e-3);
     UpdateReport report;
     newton_.DoSlice(update->tools(), {budget, thresholds, News(), 1e9}, &report);
+    return report.windows > 0;
   }
   void BeginIn(UpdateFixture<SE3>* update) {
     for (int k = 0; k < kUpdatesFarOff; ++k) GainByWindows(2, update);
     DoSlice(update);
+  }
+
+  // To the first step; the slices before it.
+  int DoSlicesToStep(UpdateFixture<SE3>* update) {
+    int slices = 0;
+    for (; slices < 100 && !DoSlice(update); ++slices) GainByWindows(0, update);
+    return slices;
   }
 
   SlicedNewton<SE3> newton_;
@@ -67,7 +83,48 @@ TEST_F(SlicedNewtonTest, IsGivenUpAtRest) {
   GainByWindows(0, &update);
   DoSlice(&update);
   EXPECT_TRUE(HasFactor());
-  newton_.Note({true, 0, 0}, 1, update.hierarchy());
+  newton_.Note({true, 0, 0}, 1, update.graph());
+  EXPECT_FALSE(HasFactor());
+}
+
+TEST_F(SlicedNewtonTest, AFactorTakesSeveralUpdates) {
+  UpdateFixture<SE3> update(Ring(2500, 1000));
+  BeginIn(&update);
+  EXPECT_GE(DoSlicesToStep(&update), 2);
+}
+
+// Its Hessian was that of an estimate far away, which another one need not be.
+TEST_F(SlicedNewtonTest, ASpentFactorIsFollowedByAnotherWhileWindowsGainMuch) {
+  PoseGraph<SE3> graph = Ring(700, 300);
+  GraphEdge<SE3> pull;
+  pull.i = 0;
+  pull.j = 350;
+  pull.measurement = SE3(SE3::Vector(10, 0, 0), SE3::Quaternion::Identity());
+  pull.information = SE3::Matrix::Identity();
+  ASSERT_TRUE(graph.AddEdge(pull).ok());
+  for (const double gain : {0., 2.}) {
+    UpdateFixture<SE3> update(graph);
+    newton_.Drop();
+    BeginIn(&update);
+    DoSlicesToStep(&update);  // gains nearly all of it
+    GainByWindows(gain, &update);
+    EXPECT_TRUE(HasFactor());
+    EXPECT_TRUE(DoSlice(&update));  // gains next to nothing
+    GainByWindows(gain, &update);
+    EXPECT_FALSE(DoSlice(&update));
+    EXPECT_EQ(HasFactor(), gain > 0);
+    EXPECT_EQ(Saved().slices, 0);
+  }
+}
+
+// A closure at the optimum of level 0 is none of its business.
+TEST_F(SlicedNewtonTest, AFactorThatGainsNothingIsFollowedByNone) {
+  UpdateFixture<SE3> update(Ring(700, 300));
+  BeginIn(&update);
+  DoSlicesToStep(&update);
+  GainByWindows(2, &update);
+  EXPECT_FALSE(HasFactor());
+  EXPECT_FALSE(DoSlice(&update));
   EXPECT_FALSE(HasFactor());
 }
 
@@ -83,6 +140,15 @@ TEST_F(SlicedNewtonTest, BeginsByWhatIsGainedForWhatIsCovered) {
   EXPECT_FALSE(begins(0.6, nodes));
   EXPECT_FALSE(begins(0.4, nodes / 4));
   EXPECT_TRUE(begins(0.6, nodes / 4));
+}
+
+// Chains that hold most of the edges do not follow a step of all of level 0.
+TEST_F(SlicedNewtonTest, ChainLikeMapsAreLeftToWindows) {
+  UpdateFixture<SE3> chains(Ring(2500, 300)), dense(Ring(700, 300));
+  BeginIn(&chains);
+  EXPECT_FALSE(HasFactor());
+  BeginIn(&dense);
+  EXPECT_TRUE(HasFactor());
 }
 
 // Few nodes whose factor is nearly full would take as much memory as a large map.
