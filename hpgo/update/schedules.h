@@ -39,6 +39,9 @@ struct ScheduleResult {
   int solved_nodes = 0;  // free in them
 };
 
+// Of an update's sweep: as in the options, or, where time bounds it, none.
+SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget);
+
 // Windows where the predicted decrease of chi2 is worth it.
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,

@@ -127,12 +127,7 @@ int StressSchedule<G>::Serve(int l, int max_solves) {
 template <typename G>
 ScheduleResult StressSchedule<G>::Run() {
   const int num_levels = hierarchy_.num_levels();
-  SweepLimits limits;
-  limits.max_windows = tools_.options.max_windows;
-  if (plan_.budget.HasTimeLimit()) {
-    limits.max_windows = limits.max_windows_per_level = std::numeric_limits<int>::max();
-    limits.least_share = 0;  // a damped level may keep its pending as long as there is time
-  }
+  const SweepLimits limits = SweepLimitsOf(tools_.options, plan_.budget);
   SweepActions actions;
   actions.stop = [&](int l) { return IsStopped(l); };
   actions.largest_pending = [&](int l) { return Pending(l); };
@@ -159,6 +154,16 @@ ScheduleResult StressSchedule<G>::Run() {
 }
 
 }  // namespace
+
+SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget) {
+  SweepLimits limits;
+  limits.max_windows = options.max_windows;
+  if (budget.HasTimeLimit()) {
+    limits.max_windows = limits.max_windows_per_level = std::numeric_limits<int>::max();
+    limits.least_share = 0;  // a damped level may keep its pending as long as there is time
+  }
+  return limits;
+}
 
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,

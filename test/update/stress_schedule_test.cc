@@ -61,6 +61,21 @@ int SolvesOfLap(int nodes, const UpdateLimits& limits = {}, double far_off = 1e9
   return report.solved_nodes / 2;  // two are free
 }
 
+// Else one that is damped, and so keeps what is pending, would starve all others.
+TEST(StressScheduleTest, NoLevelWaitsWhereTimeBoundsAnUpdate) {
+  OptimizerOptions options;
+  options.max_windows = 7;
+  UpdateLimits limits;
+  const SweepLimits counted = SweepLimitsOf(options, Budget(limits));
+  EXPECT_EQ(counted.max_windows, 7);
+  EXPECT_GT(counted.least_share, 0);
+  limits.max_cpu_seconds = 1;
+  const SweepLimits timed = SweepLimitsOf(options, Budget(limits));
+  EXPECT_EQ(timed.least_share, 0);
+  EXPECT_GT(timed.max_windows, 1000);
+  EXPECT_GT(timed.max_windows_per_level, 1000);
+}
+
 // A few kept nodes are solved in no time; the chains between them take it.
 TEST(StressScheduleTest, LinearizingLongChainsCountsAsWork) {
   EXPECT_GT(SolvesOfLap(50), 4);
