@@ -7,7 +7,7 @@
 namespace hpgo {
 
 struct SweepLimits {
-  int max_windows = 4;  // M: windows an update, the top's solve among them
+  int max_windows = 0;  // M: windows an update, the top's solve among them; the caller's to choose
   int max_windows_per_level = 2;
   // Of the largest pending of the levels that may be served, below which one waits: pending is the
   // root of what a level gains, so that a window there would gain less than a hundredth.

@@ -39,7 +39,7 @@ struct ScheduleResult {
   int solved_nodes = 0;  // free in them
 };
 
-// Of an update's sweep: as in the options, or, where time bounds it, none.
+// Of an update's sweep: those of the options, or, where time bounds it, none, and no level waits.
 SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget);
 
 // Windows where the predicted decrease of chi2 is worth it.
