@@ -178,6 +178,12 @@ double MissedAt(const SpanModel<G>& model, const G& T) {
 }
 
 template <typename G>
+double ChiSquareAt(const SpanModel<G>& model, const G& T) {
+  const typename G::Tangent deviation = ShiftAt(model, T);
+  return deviation.dot(model.covariance.Dense().llt().solve(deviation));
+}
+
+template <typename G>
 double GainAt(const SpanModel<G>& model) {
   return model.cost - model.shift.dot(model.covariance.Dense().llt().solve(model.shift));
 }
@@ -225,6 +231,7 @@ RelativePoseTerm<G> TermOfSpan(const SpanModel<G>& span, const G& T) {
   template SplitPose<G> Distribute(const SpanModel<G>&, const SpanModel<G>&, const G&, Inside); \
   template double BendAt(const SpanModel<G>&, const G&);                                        \
   template double MissedAt(const SpanModel<G>&, const G&);                                      \
+  template double ChiSquareAt(const SpanModel<G>&, const G&);                                   \
   template double GainAt(const SpanModel<G>&);                                                  \
   template double ChainWeight(const SpanModel<G>&);                                             \
   template bool IsTwisted(const G&, const G&);                                                  \

@@ -127,6 +127,10 @@ bool IsLinearizedAt(const SpanModel<G>& model, const G& T) {
 template <typename G>
 double MissedAt(const SpanModel<G>& model, const G& T);
 
+// What its edges cost with the ends at T, where they rest; as the model says.
+template <typename G>
+double ChiSquareAt(const SpanModel<G>& model, const G& T);
+
 // What its edges would gain, in chi2, by a step of the nodes between its ends, where it was
 // linearized.
 template <typename G>

@@ -95,8 +95,9 @@ class SpanTree {
   };
   Linearization Remember(Index root);
   void PutBack(const Linearization& before);
-  // The cost of the edges, for T of the ends. O(what was linearized elsewhere).
-  double CostAt(Index root, const G& T, Inside inside);
+  // The cost of the edges, for T of the ends: of spans that rest and hardly bend (kFarOnTheWay) as
+  // their models say, of others that of the edges, whose number is added to `edges`.
+  double CostAt(Index root, const G& T, Inside inside, int* edges = nullptr);
   // Whether a term of the ends at T can say what the model says (IsWithinTerm); else an edge of it
   // is unfit.
   bool FitsTerm(Index root, const G& T);

@@ -83,20 +83,23 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G*
 }
 
 template <typename G>
-double SpanTree<G>::CostAt(Index s, const G& T, Inside inside) {
+double SpanTree<G>::CostAt(Index s, const G& T, Inside inside, int* edges) {
   constexpr double kSmall = 1e-3;  // of the cost: what a step misses that gains so much is less
   const SpanModel<G>& model = Model(s);
-  if (IsLinearizedAt(model, T)) {
-    if (inside == Inside::kYields) return model.cost;
-    const double gain = GainAt(model);
-    if (gain <= kSmall * model.cost) return model.cost - gain;
+  if (inside == Inside::kYields) {
+    if (IsLinearizedAt(model, T)) return model.cost;
+  } else if (!(BendAt(model, T) > kFarOnTheWay)) {
+    const double chi2 = ChiSquareAt(model, T);
+    if (GainAt(model) <= kSmall * std::max(model.cost, chi2)) return chi2;
   }
   const Span& span = spans_[s];
   if (span.height > 0) {
     const SplitPose<G> split =
         Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T, inside);
-    return CostAt(span.items[0], split.first, inside) + CostAt(span.items[1], split.second, inside);
+    return CostAt(span.items[0], split.first, inside, edges) +
+           CostAt(span.items[1], split.second, inside, edges);
   }
+  if (edges != nullptr) *edges += span.count;
   G poses[kLeafEdges];
   DistributeLeaf(span, T, inside, poses);
   double cost = 0;

@@ -34,6 +34,18 @@ class SettleTest : public testing::Test {
     return T;
   }
 
+  // Of its edges, one by one.
+  double Cost(Index root, const G& T) {
+    double cost = 0;
+    tree_.ForEachEdge(root, T, Inside::kMean, [&](Index e, const G& Y) {
+      ceres_costs::FactorTerm<G> factor;
+      factor.term = &tree_.edge(e).term;
+      factor.convention = ceres_costs::ErrorConvention::kTwist;
+      cost += FactorCost(factor, false, Y);
+    });
+    return cost;
+  }
+
   typename G::Tangent ahead_ = G::Tangent::Zero();
   SpanTree<G> tree_{ceres_costs::ErrorConvention::kTwist};
 };
@@ -165,6 +177,21 @@ TYPED_TEST(SettleTest, NoEdgeOfABentLeafTears) {
   EXPECT_EQ(this->tree_.CostAt(root, T, Inside::kMean), cost);
 }
 
+// What it costs to bend is asked of the spans that bend far, not of the edges: of a long chain on
+// an arc of which each leaf hardly bends none is looked at. A leaf that is bent costs what its
+// edges do.
+TYPED_TEST(SettleTest, WhatHardlyBendsIsNotAskedEdgeByEdge) {
+  constexpr int kEdges = 1024;
+  for (const auto& [num_edges, asked] : {std::pair(kEdges, 0), std::pair(12, 12)}) {
+    const Index root = this->Straight(num_edges);
+    const TypeParam T = this->Arc(num_edges, 0.6);
+    const double cost = this->Cost(root, T);
+    int edges = 0;
+    EXPECT_NEAR(this->tree_.CostAt(root, T, Inside::kMean, &edges), cost, 0.02 * cost);
+    EXPECT_EQ(edges, asked);
+  }
+}
+
 // Coiled up, where a step at last raises its cost; with and without a tolerance. What it has gained
 // until then it keeps.
 TYPED_TEST(SettleTest, WhatLagsGoesOnLagging) {
@@ -194,13 +221,7 @@ TYPED_TEST(SettleTest, WhatIsLinearizedFarOffCostsWhatItsEdgesDo) {
     return TypeParam().Plus(d);
   });
   const SpanModel<TypeParam> model = this->tree_.Model(root);
-  double cost = 0;
-  this->tree_.ForEachEdge(root, model.T, Inside::kMean, [&](Index e, const TypeParam& Y) {
-    ceres_costs::FactorTerm<TypeParam> factor;
-    factor.term = &this->tree_.edge(e).term;
-    factor.convention = ceres_costs::ErrorConvention::kTwist;
-    cost += FactorCost(factor, false, Y);
-  });
+  const double cost = this->Cost(root, model.T);
   EXPECT_NEAR(this->tree_.CostAt(root, model.T, Inside::kMean), cost, 1e-9 * cost);
   EXPECT_GT(model.cost - GainAt(model), 1.1 * cost);
 }
