@@ -10,7 +10,8 @@ namespace hpgo {
 // rad, of a turn by which a linearization says something.
 inline constexpr double kReach = 0.5;
 
-// rad, or m per m, by which a stretch may bend before it is looked into on its way.
+// rad, or m per m, by which a stretch may bend before it is looked into, on its way or for its
+// cost.
 inline constexpr double kFarOnTheWay = 0.05;
 
 // rad, or m per m, by which a new node may bend the chain behind it where it is posed.

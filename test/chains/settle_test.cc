@@ -192,6 +192,24 @@ TYPED_TEST(SettleTest, WhatHardlyBendsIsNotAskedEdgeByEdge) {
   }
 }
 
+// Where the bend costs far more than what the nodes between would still gain, that is not asked
+// for.
+TYPED_TEST(SettleTest, WhatGainsLittleBesideItsBendIsNotAskedEdgeByEdge) {
+  constexpr int kEdges = 1024;
+  const Index root = this->Straight(kEdges);
+  const TypeParam T = this->Arc(kEdges, 0.6);
+  for (const bool gains_much : {false, true}) {
+    this->tree_.LinearizeAt(root, [&](const ChainEdge<TypeParam>& edge) {
+      typename TypeParam::Tangent d = this->ahead_;
+      d(TypeParam::kDof - 1) = (edge.edge % 2 == 0 ? 1 : -1) * (gains_much ? 0.1 : 1e-4);
+      return TypeParam().Plus(d);
+    });
+    int edges = 0;
+    this->tree_.CostAt(root, T, Inside::kMean, &edges);
+    EXPECT_EQ(edges > 0, gains_much);
+  }
+}
+
 // Coiled up, where a step at last raises its cost; with and without a tolerance. What it has gained
 // until then it keeps.
 TYPED_TEST(SettleTest, WhatLagsGoesOnLagging) {
