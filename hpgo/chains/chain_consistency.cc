@@ -74,6 +74,9 @@ std::string CondensedGraph<G>::FindInconsistency() {
     });
     expect(at == chain.node[1], "end of a chain", c);
   }
+  for (const auto& [e, pulled] : pulled_) {
+    expect(IsEdge(e) && CanBePulled(e) && pulled.pull.left > 0, "a pulled edge", e);
+  }
   expect(placed == hierarchy_.level(0).num_edges, "number of edges of level 0", placed);
   return message;
 }

@@ -20,8 +20,12 @@ template <typename G>
 ceres_costs::FactorTerm<G> CondensedGraph<G>::FactorOf(Index e) const {
   const Edge& edge = edges_[e];
   switch (edge.place) {
-    case Place::kLevel:
-      return hierarchy_.FactorOf(0, edge.at);
+    case Place::kLevel: {
+      ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, edge.at);
+      const auto pulled = pulled_.find(e);
+      if (pulled != pulled_.end()) factor.term = &pulled->second.measured;
+      return factor;
+    }
     case Place::kNew:
       return hierarchy_.FactorOf(new_data_.at(e));
     case Place::kChain:

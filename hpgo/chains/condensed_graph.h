@@ -114,6 +114,19 @@ class CondensedGraph {
   Index EdgeOfLevel(Index level_edge) const;
   // The edge of level 0 that an edge is, or is a part of; kNone if it hangs free or is new.
   Index LevelEdgeOf(Index edge) const;
+  // --- Pulls: an edge of level 0 that pulls a part of the way to what it measures, which FactorOf
+  // goes on to say. Removing or changing the edge, or its loss, ends its pull.
+  // Whether it can: it closes a loop, measures all directions, and has no loss and no cost of its
+  // own.
+  bool CanBePulled(Index edge) const;
+  void PullTowards(Index edge, const G& T_i_j, const Pull& pull);
+  void EndPull(Index edge);
+  // Those that are, by edge.
+  const std::map<Index, PulledEdge<G>>& pulled() const { return pulled_; }
+  // Where one pulls to, T_i_j.
+  const G& PullOf(Index edge) const {
+    return hierarchy_.FactorOf(0, edges_[edge].at).term->measurement;
+  }
   // The nodes that the last Restructure has kept for want of another kept one: each the first of
   // its component.
   const std::vector<Index>& roots() const { return roots_; }
@@ -176,6 +189,9 @@ class CondensedGraph {
   void Bind(Index edge);
   bool WantsKept(Index node) const;
 
+  // condensed_graph_pull.cc
+  void SetTermOfLevel(Index edge, const ceres_costs::RelativePoseTerm<G>& term);
+
   // condensed_graph_restructure.cc
   Index NewChain(Index from, Index to, Index root);
   void FreeChain(Index chain);
@@ -226,6 +242,7 @@ class CondensedGraph {
   ChunkedVector<Edge> edges_;
   ChunkedVector<Index> node_of_level_;  // by node of level 0
   ChunkedVector<Index> edge_of_level_;  // by edge of level 0: an edge, or ~chain
+  std::map<Index, PulledEdge<G>> pulled_;
   std::vector<Chain> chains_;
   std::vector<Index> free_nodes_, free_edges_, free_chains_;
   Index num_nodes_ = 0, num_edges_ = 0;
@@ -250,7 +267,7 @@ class CondensedGraph {
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive.Section("levels");
-    archive(self.hierarchy_, self.node_of_level_, self.edge_of_level_);
+    archive(self.hierarchy_, self.node_of_level_, self.edge_of_level_, self.pulled_);
     archive.Section("chains");
     archive(self.spans_, self.chains_, self.free_chains_, self.changed_, self.tolerance_);
     archive.Section("edges");

@@ -157,6 +157,7 @@ void CondensedGraph<G>::RemoveEdge(Index e) {
       new_data_.erase(e);
       break;
     case Place::kLevel:
+      pulled_.erase(e);
       hierarchy_.RemoveEdge(edge.at);
       break;
     case Place::kChain:
@@ -198,6 +199,7 @@ void CondensedGraph<G>::UpdateEdge(Index e, const ceres_costs::RelativePoseTerm<
       new_data_.at(e).term = term;
       break;
     case Place::kLevel:
+      pulled_.erase(e);
       hierarchy_.UpdateEdge(edge.at, term, edge.node[0] == kNone ? 0 : ModularityWeight(term));
       break;
     case Place::kChain: {
@@ -229,6 +231,7 @@ void CondensedGraph<G>::SetLoss(Index e, std::shared_ptr<const ceres::LossFuncti
   if (edge.place == Place::kNew) {
     new_data_.at(e).loss = std::move(loss);
   } else {
+    EndPull(e);
     hierarchy_.SetLoss(edge.at, std::move(loss));
   }
 }

@@ -85,6 +85,28 @@ struct PlacedEdge {
   }
 };
 
+// How an edge goes on to what it measures.
+struct Pull {
+  int left = 0;      // degrees after the present one, at most
+  double reach = 0;  // m of a degree
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.left, self.reach);
+  }
+};
+
+template <typename G>
+struct PulledEdge {
+  ceres_costs::RelativePoseTerm<G> measured;
+  Pull pull;
+
+  template <typename Archive, typename Self>
+  static void Fields(Archive& archive, Self& self) {
+    archive(self.measured, self.pull);
+  }
+};
+
 // A stretch of a chain as a factor between two nodes (kCoarseConvention), what is between them
 // eliminated.
 template <typename G>

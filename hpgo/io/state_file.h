@@ -9,7 +9,7 @@
 namespace hpgo {
 
 // Raised with every change of what is written.
-inline constexpr unsigned kStateVersion = 8;
+inline constexpr unsigned kStateVersion = 9;
 
 // Writes the file completely or not at all; see OutputFile for paths. What went in last stays under
 // its name until then. Errors: those of Optimizer::Save, and kUnreadable.

@@ -26,6 +26,7 @@
 #include "hpgo/state/state_writer.h"
 #include "test/io/robot.h"
 #include "test/solve/small_graphs.h"
+#include "test/update/ladder.h"
 
 namespace hpgo {
 namespace {
@@ -141,6 +142,29 @@ TYPED_TEST(StateFileTest, GoesOnWithTheSameBits) {
     resumed.Update();
     ASSERT_TRUE(BitsOf(resumed) == BitsOf(through));
     ASSERT_EQ(resumed.FindInconsistency(), "");
+  }
+}
+
+TYPED_TEST(StateFileTest, AClosureUnderWayGoesOnWithTheSameBits) {
+  using G = TypeParam;
+  OptimizerOptions options;
+  options.max_top_nodes = 20;
+  Optimizer<G> through(options), resumed;
+  const PoseGraph<G> ladder = Ladder<G>(201);
+  for (const GraphNode<G>& node : ladder.nodes())
+    ASSERT_TRUE(through.AddNode(node.id, node.pose).ok());
+  for (const GraphEdge<G>& edge : ladder.edges()) {
+    (void)through.AddEdge(edge.i, edge.j, edge.measurement, edge.information);
+  }
+  through.Update();
+  const auto last = static_cast<NodeId>(ladder.nodes().size()) - 1;
+  ASSERT_TRUE(through.AddEdge(100, last, Ahead<G>(0, 3), ladder.edges()[0].information).ok());
+  ASSERT_FALSE(through.Update().at_rest);
+  ASSERT_TRUE(SaveState(through, this->path_).ok());
+  ASSERT_TRUE(LoadState(this->path_, &resumed).ok());
+  for (int k = 0; k < 10; ++k) {
+    EXPECT_EQ(through.Update().at_rest, resumed.Update().at_rest);
+    ASSERT_EQ(FirstDifference(resumed, through), "");
   }
 }
 
