@@ -72,6 +72,18 @@ inline constexpr int kIterationsToFit = 3;
 // though the budget is spent.
 inline constexpr double kShareOfFarOff = 0.01;
 
+// --- Closures that are far off, where most edges are in chains: a degree of their way.
+// rad; and, of the distance to the farthest of a window's nodes around an end, m.
+inline constexpr double kTurnOfADegree = 0.3, kExtentOfADegree = 0.1;
+// Where all of those are in one place.
+inline constexpr int kMostDegrees = 50;
+// Of a degree, what is left to where an edge pulls when it has all but come there.
+inline constexpr double kNearly = 0.5;
+// Windows that edges under way wait for one that does not come there.
+inline constexpr int kMostWindowsOfADegree = 20;
+// Times that an update solves its windows meanwhile.
+inline constexpr int kRoundsOfAnUpdate = 4;
+
 // --- Newton steps in slices.
 // So many updates in a row that are far from the optimum are not just a closure, or two.
 inline constexpr int kUpdatesFarOff = 4;

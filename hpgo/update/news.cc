@@ -39,14 +39,20 @@ void Disturb(Index n, const StressThresholds& thresholds, CondensedGraph<G>* gra
 }  // namespace
 
 template <typename G>
-News FindNews(const CondensedGraph<G>& graph, const Changes& changes) {
+News NewsOf(const CondensedGraph<G>& graph, const std::vector<Index>& changed) {
   News news;
-  for (const PlacedEdge& placed : graph.placed()) {
-    (placed.is_new ? news.edges : news.reshaped).push_back(placed.edge);
-  }
-  for (const Index edge : changes.edges) {
+  for (const Index edge : changed) {
     const Index e = graph.LevelEdgeOf(edge);
     if (e != kNone) news.edges.push_back(e);
+  }
+  return news;
+}
+
+template <typename G>
+News FindNews(const CondensedGraph<G>& graph, const std::vector<Index>& changed) {
+  News news = NewsOf(graph, changed);
+  for (const PlacedEdge& placed : graph.placed()) {
+    (placed.is_new ? news.edges : news.reshaped).push_back(placed.edge);
   }
   std::sort(news.edges.begin(), news.edges.end());
   news.edges.erase(std::unique(news.edges.begin(), news.edges.end()), news.edges.end());
@@ -123,7 +129,8 @@ void QueueRefreshed(const StressThresholds& thresholds, Hierarchy<G>* hierarchy)
 }
 
 #define HPGO_INSTANTIATE(G)                                                                 \
-  template News FindNews(const CondensedGraph<G>&, const Changes&);                         \
+  template News FindNews(const CondensedGraph<G>&, const std::vector<Index>&);              \
+  template News NewsOf(const CondensedGraph<G>&, const std::vector<Index>&);                \
   template bool IsFarOff(const std::vector<Index>&, const Hierarchy<G>&);                   \
   template std::vector<Index> PendingEdges(const StressThresholds&, const Hierarchy<G>&);   \
   template Index QueueNews(const News&, const std::vector<Index>&, const StressThresholds&, \

@@ -29,9 +29,12 @@ struct News {
   std::vector<Index> reshaped;  // edges of level 0 that were there in another form
 };
 
-// Once the graph is restructured and grouped.
+// Once the graph is restructured and grouped: what that has placed, and edges that have changed.
 template <typename G>
-News FindNews(const CondensedGraph<G>& graph, const Changes& changes);
+News FindNews(const CondensedGraph<G>& graph, const std::vector<Index>& changed);
+// Of edges that have changed since.
+template <typename G>
+News NewsOf(const CondensedGraph<G>& graph, const std::vector<Index>& changed);
 
 // Whether one of these edges of level 0 is turned against its measurement by more than a
 // linearization can reach.

@@ -32,7 +32,8 @@ Motion Larger(const Motion& a, const Motion& b);
 struct UpdateReport {
   // kNoSolution: a solve failed numerically; it changed nothing. The rest was done.
   Status status;
-  // Nothing stressed is left, or Refine no longer gets anywhere; known to Schedule::kStress only.
+  // Nothing stressed is left, no closure is under way (far_closures.h), or Refine no longer gets
+  // anywhere; known to Schedule::kStress only.
   bool at_rest = false;
   int new_nodes = 0;  // inserted by this update
   int new_edges = 0;

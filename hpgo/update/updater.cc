@@ -66,7 +66,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     News news;
     {
       const Stopwatch watch(&report.insert_seconds);
-      news = FindNews(graph_, changes);
+      news = FindNews(graph_, Pull(GoesByDegrees(mode, changes), changes));
       const Index bad_edge = QueueNews(news, disturbed, thresholds, &graph_);
       if (bad_edge != kNone) report.status = step_.NotFinite(bad_edge);
     }
@@ -90,7 +90,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
-      const ScheduleResult windows = RunStressSchedule(tools, plan, &report);
+      const ScheduleResult windows = RunByDegrees(tools, plan, &report);
       report.at_rest = windows.at_rest;
       if (in_slices) newton_.Note(windows, plan.far_off, graph_);
     } else {
@@ -105,6 +105,59 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
           << report.windows << " windows, " << report.top_solves << " top solves, "
           << report.seconds * 1e3 << " ms";
   return step;
+}
+
+// Single closures, where most edges are in chains.
+template <typename G>
+bool Updater<G>::GoesByDegrees(Mode mode, const Changes& changes) const {
+  const Hierarchy<G>& hierarchy = graph_.hierarchy();
+  return options_.schedule == Schedule::kStress && mode == Mode::kPartial && !IsMuch(changes) &&
+         hierarchy.num_levels() > 1 && 2 * hierarchy.level(0).num_edges <= graph_.num_edges();
+}
+
+// What pulls otherwise from this update on: the changes, and what goes on to what it measures.
+template <typename G>
+std::vector<Index> Updater<G>::Pull(bool by_degrees, const Changes& changes) {
+  std::vector<Index> edges = changes.edges;
+  const auto add = [&](const std::vector<Index>& more) {
+    edges.insert(edges.end(), more.begin(), more.end());
+  };
+  if (by_degrees) {
+    add(far_closures_.GoOn(false, &graph_));
+    add(far_closures_.Begin(changes.edges, options_.window_nodes, &graph_));
+  } else {
+    add(FarClosures<G>::EndAll(&graph_));
+  }
+  return edges;
+}
+
+template <typename G>
+ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                                      UpdateReport* report) {
+  const int before = report->windows + report->top_solves;
+  const ScheduleResult result = RunStressSchedule(tools, plan, report);
+  far_closures_.NoteWindows(report->windows + report->top_solves - before);
+  return result;
+}
+
+// While closures are under way an update solves its windows several times, as long as little had to
+// be linearized on the way, and no chain is to be cut first.
+template <typename G>
+ScheduleResult Updater<G>::RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                                        UpdateReport* report) {
+  const double most = graph_.linearized_edges() + kLinearizedOfAWindow * options_.max_windows;
+  ScheduleResult sum = RunWindows(tools, plan, report);
+  for (int round = 1; round < kRoundsOfAnUpdate && !graph_.pulled().empty(); ++round) {
+    if (graph_.linearized_edges() > most || graph_.num_changes() > 0) break;
+    const std::vector<Index> edges = far_closures_.GoOn(sum.at_rest, &graph_);
+    QueueNews(NewsOf(graph_, edges), {}, plan.thresholds, &graph_);
+    MergeDirty(tools, plan, report);
+    const ScheduleResult windows = RunWindows(tools, plan, report);
+    sum = {windows.at_rest, sum.decrease + windows.decrease,
+           sum.solved_nodes + windows.solved_nodes};
+  }
+  sum.at_rest &= graph_.pulled().empty();
+  return sum;
 }
 
 // The whole graph, again where chains could not follow, after they are cut. Cut short is what has
@@ -128,14 +181,19 @@ typename Updater<G>::Step Updater<G>::RunWhole(const Changes& changes, const Bud
   return sum;
 }
 
+// Of the graph.
+template <typename G>
+bool Updater<G>::IsMuch(const Changes& changes) const {
+  return graph_.num_edges() < kOpenedPerNew * changes.num_edges;
+}
+
 // Of much that is far off, bent chains, windows and rigid groups make knots.
 template <typename G>
 bool Updater<G>::IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const {
   if (options_.schedule != Schedule::kStress || mode == Mode::kTop) return false;
   const Hierarchy<G>& hierarchy = graph_.hierarchy();
   if (mode == Mode::kFull) return IsFarOff(PendingEdges(plan.thresholds, hierarchy), hierarchy);
-  return graph_.num_edges() < kOpenedPerNew * changes.num_edges &&
-         IsFarOff(plan.news.edges, hierarchy);
+  return IsMuch(changes) && IsFarOff(plan.news.edges, hierarchy);
 }
 
 // Puts new nodes and edges in place, and holds what must be held.

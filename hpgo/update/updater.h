@@ -2,8 +2,10 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 #include "hpgo/update/chi2_mean.h"
+#include "hpgo/update/far_closures.h"
 #include "hpgo/update/gauge.h"
 #include "hpgo/update/options.h"
 #include "hpgo/update/schedules.h"
@@ -29,7 +31,7 @@ class Updater {
   template <typename Archive, typename Self>
   static void Fields(Archive& archive, Self& self) {
     archive(self.sizes_, self.sweep_, self.mean_, self.depth_, self.solved_at_depth_,
-            self.mean_at_depth_, self.rest_, self.newton_);
+            self.mean_at_depth_, self.rest_, self.newton_, self.far_closures_);
   }
 
  private:
@@ -44,6 +46,13 @@ class Updater {
   Step Run(const Changes& changes, Mode mode, const Budget& budget, double depth, Gauge<G>* gauge);
   Step RunWhole(const Changes& changes, const Budget& budget, Gauge<G>* gauge);
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
+  bool GoesByDegrees(Mode mode, const Changes& changes) const;
+  std::vector<Index> Pull(bool by_degrees, const Changes& changes);
+  ScheduleResult RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                            UpdateReport* report);
+  ScheduleResult RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
+                              UpdateReport* report);
+  bool IsMuch(const Changes& changes) const;
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;
   bool FitsWhole(const Changes& changes, const Budget& budget) const;
   void ResetDepth();
@@ -57,6 +66,7 @@ class Updater {
   Sweep sweep_;
   Chi2Mean mean_;
   SlicedNewton<G> newton_;
+  FarClosures<G> far_closures_;
   // How far Refine has got, in however many calls: it divides the stress threshold by the depth. At
   // this depth its windows have solved so many nodes; so much was the mean chi2 of all edges, those
   // in chains among them, when it was last at rest.
