@@ -92,14 +92,6 @@ TYPED_TEST(ByDegreesTest, AnUpdateGoesOnByAFewDegrees) {
   EXPECT_LE(map.DegreesOfFirstUpdate(), kRoundsOfAnUpdate);
 }
 
-// A chain of thousands of edges is bent by it.
-TYPED_TEST(ByDegreesTest, ByOneWhereMuchHasToBeLinearized) {
-  Map<TypeParam> map(kLength, kRungs, 10000);
-  map.Close(kFar);
-  ASSERT_TRUE(map.IsUnderWay());
-  EXPECT_EQ(map.DegreesOfFirstUpdate(), 1);
-}
-
 TYPED_TEST(ByDegreesTest, RefineGoesAllTheWay) {
   Map<TypeParam> map(kLength);
   map.Close(1);
