@@ -129,8 +129,8 @@ class Optimizer {
 
   // --- Solving.
   // One bounded step: inserts what is new and improves the estimate where it pays most. Where most
-  // edges are in chains, a closure that is far off is taken in over several updates, at_rest of
-  // none of them; it costs what it measures meanwhile.
+  // edges are in chains, a closure that is far off may take several updates; at_rest is false until
+  // then, and the cost counts what it measures.
   UpdateReport Update(const UpdateLimits& limits = {});
   // The same with another mode than that of the options.
   UpdateReport Optimize(Mode mode, const UpdateLimits& limits = {});

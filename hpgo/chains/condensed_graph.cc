@@ -264,6 +264,7 @@ std::size_t CondensedGraph<G>::MemoryBytes() const {
          (free_nodes_.capacity() + free_edges_.capacity() + free_chains_.capacity() +
           touched_.capacity() + changed_.capacity()) *
              sizeof(Index) +
+         pulled_.size() * (sizeof(PulledEdge<G>) + 48) +
          new_data_.size() * (sizeof(EdgeData<G>) + 48) + loose_.size() * (sizeof(G) + 48);
 }
 

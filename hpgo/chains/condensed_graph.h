@@ -114,19 +114,6 @@ class CondensedGraph {
   Index EdgeOfLevel(Index level_edge) const;
   // The edge of level 0 that an edge is, or is a part of; kNone if it hangs free or is new.
   Index LevelEdgeOf(Index edge) const;
-  // --- Pulls: an edge of level 0 that pulls a part of the way to what it measures, which FactorOf
-  // goes on to say. Removing or changing the edge, or its loss, ends its pull.
-  // Whether it can: it closes a loop, measures all directions, and has no loss and no cost of its
-  // own.
-  bool CanBePulled(Index edge) const;
-  void PullTowards(Index edge, const G& T_i_j, const Pull& pull);
-  void EndPull(Index edge);
-  // Those that are, by edge.
-  const std::map<Index, PulledEdge<G>>& pulled() const { return pulled_; }
-  // Where one pulls to, T_i_j.
-  const G& PullOf(Index edge) const {
-    return hierarchy_.FactorOf(0, edges_[edge].at).term->measurement;
-  }
   // The nodes that the last Restructure has kept for want of another kept one: each the first of
   // its component.
   const std::vector<Index>& roots() const { return roots_; }
@@ -147,6 +134,23 @@ class CondensedGraph {
   // A kept node of the same component: the node itself, or an end of its chain; kNone if loose or
   // not yet restructured.
   Index KeptNear(Index node) const;
+  // Whether most edges are part of one.
+  bool IsMostlyChains() const { return 2 * hierarchy_.level(0).num_edges <= num_edges_; }
+
+  // --- Pulls: an edge of level 0 that pulls a part of the way to what it measures, which FactorOf
+  // goes on to say. Removing or changing the edge, or its loss, ends its pull.
+  // Whether it can: it closes a loop, measures all directions, and has no loss and no cost of its
+  // own.
+  bool CanBePulled(Index edge) const;
+  void PullTowards(Index edge, const G& T_i_j, const Pull& pull);
+  void EndPull(Index edge);
+  // Those that are, by edge.
+  const std::map<Index, PulledEdge<G>>& pulled() const { return pulled_; }
+  // Where one pulls to, T_i_j.
+  const G& PullOf(Index edge) const {
+    return hierarchy_.FactorOf(0, edges_[edge].at).term->measurement;
+  }
+
   std::size_t MemoryBytes() const;
   // Empty if all is well, else the first thing wrong; for tests.
   std::string FindInconsistency();
@@ -185,7 +189,7 @@ class CondensedGraph {
   void Unlink(Index edge);
   void Touch(Index node);
   static bool MeasuresAll(const ceres_costs::RelativePoseTerm<G>& term);
-  bool Binds(const EdgeData<G>& data) const;
+  static bool Binds(const ceres_costs::FactorTerm<G>& factor);
   void Bind(Index edge);
   bool WantsKept(Index node) const;
 
@@ -240,9 +244,9 @@ class CondensedGraph {
   std::vector<BeforeTrial> before_trial_;  // of the chains that have been refreshed since
   ChunkedVector<Node> nodes_;
   ChunkedVector<Edge> edges_;
-  ChunkedVector<Index> node_of_level_;  // by node of level 0
-  ChunkedVector<Index> edge_of_level_;  // by edge of level 0: an edge, or ~chain
-  std::map<Index, PulledEdge<G>> pulled_;
+  ChunkedVector<Index> node_of_level_;     // by node of level 0
+  ChunkedVector<Index> edge_of_level_;     // by edge of level 0: an edge, or ~chain
+  std::map<Index, PulledEdge<G>> pulled_;  // by edge
   std::vector<Chain> chains_;
   std::vector<Index> free_nodes_, free_edges_, free_chains_;
   Index num_nodes_ = 0, num_edges_ = 0;

@@ -16,8 +16,8 @@ bool CondensedGraph<G>::MeasuresAll(const ceres_costs::RelativePoseTerm<G>& term
 }
 
 template <typename G>
-bool CondensedGraph<G>::Binds(const EdgeData<G>& data) const {
-  return data.loss != nullptr || data.custom != nullptr || !MeasuresAll(data.term);
+bool CondensedGraph<G>::Binds(const ceres_costs::FactorTerm<G>& factor) {
+  return factor.loss != nullptr || factor.custom != nullptr || !MeasuresAll(*factor.term);
 }
 
 template <typename G>
@@ -129,7 +129,8 @@ Index CondensedGraph<G>::AddEdge(Index i, Index j, const EdgeData<G>& data) {
   edge.node[0] = i;
   edge.node[1] = j;
   // Every loop has an edge that came last, and found edges at both of its ends.
-  edge.binds = i == kNone || (nodes_[i].degree > 0 && nodes_[j].degree > 0) || Binds(data);
+  edge.binds = i == kNone || (nodes_[i].degree > 0 && nodes_[j].degree > 0) ||
+               Binds(hierarchy_.FactorOf(data));
   ++num_edges_;
   new_data_.emplace(e, data);
   Link(e);
@@ -186,9 +187,7 @@ void CondensedGraph<G>::RemoveNode(Index n) {
 template <typename G>
 void CondensedGraph<G>::UpdateEdge(Index e, const ceres_costs::RelativePoseTerm<G>& term) {
   Edge& edge = edges_[e];
-  EdgeData<G> data;
-  data.term = term;
-  if (!edge.binds && Binds(data)) {
+  if (!edge.binds && !MeasuresAll(term)) {
     Bind(e);
     if (edge.place == Place::kChain) {
       for (const Index end : edge.node) Keep(end);

@@ -1,7 +1,5 @@
 // The condensed graph: edges of level 0 that pull a part of the way to what they measure.
 
-#include <utility>
-
 #include "hpgo/chains/condensed_graph.h"
 
 namespace hpgo {
@@ -10,8 +8,7 @@ template <typename G>
 bool CondensedGraph<G>::CanBePulled(Index e) const {
   const Edge& edge = edges_[e];
   if (edge.place != Place::kLevel || edge.node[0] == kNone || !edge.binds) return false;
-  const ceres_costs::FactorTerm<G> factor = FactorOf(e);
-  return factor.loss == nullptr && factor.custom == nullptr && MeasuresAll(*factor.term);
+  return !Binds(FactorOf(e));
 }
 
 // Groups stay as they are: it is the same edge.
@@ -24,9 +21,7 @@ void CondensedGraph<G>::SetTermOfLevel(Index e, const ceres_costs::RelativePoseT
 template <typename G>
 void CondensedGraph<G>::PullTowards(Index e, const G& T_i_j, const Pull& pull) {
   ceres_costs::RelativePoseTerm<G> term = *FactorOf(e).term;
-  auto it = pulled_.find(e);
-  if (it == pulled_.end()) it = pulled_.emplace(e, PulledEdge<G>{term, pull}).first;
-  it->second.pull = pull;
+  pulled_.emplace(e, PulledEdge<G>{term, pull}).first->second.pull = pull;  // measures what it did
   term.measurement = T_i_j;
   SetTermOfLevel(e, term);
 }

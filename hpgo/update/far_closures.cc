@@ -13,17 +13,12 @@ using ceres_costs::SE2;
 using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
-// In m.
-template <typename G>
-double Displacement(const G& from, const G& to) {
-  return to.Minus(from).template head<G::kDim>().norm();
-}
-
 // In degrees.
 template <typename G>
 double Distance(const G& from, const G& to, double reach) {
-  const double turn = to.Minus(from).template tail<G::kRotationDof>().norm();
-  return std::max(turn / kTurnOfADegree, Displacement(from, to) / reach);
+  const typename G::Tangent d = to.Minus(from);
+  return std::max(d.template tail<G::kRotationDof>().norm() / kTurnOfADegree,
+                  d.template head<G::kDim>().norm() / reach);
 }
 
 // How far it is from a node of level 0 to the farthest of the nodes around it, without an edge; all
@@ -49,10 +44,10 @@ double Extent(Index node, Index without, int num_nodes, double enough, Hierarchy
   return extent;
 }
 
-// m of a degree, for an edge that is displaced so far.
+// m of a degree, for an edge that has so far to go; infinite where that is no more than one.
 template <typename G>
-double Reach(Index edge, double displaced, int num_nodes, CondensedGraph<G>* graph) {
-  const double enough = displaced / kExtentOfADegree;
+double Reach(Index edge, const typename G::Tangent& way, int num_nodes, CondensedGraph<G>* graph) {
+  const double enough = way.template head<G::kDim>().norm() / kExtentOfADegree;
   double extent = enough;
   for (int side = 0; side < 2; ++side) {
     const Index end = graph->LevelNodeOf(graph->End(edge, side));
@@ -130,17 +125,17 @@ std::vector<Index> PulledEdges(const CondensedGraph<G>& graph) {
 template <typename G>
 std::vector<Index> FarClosures<G>::Begin(const std::vector<Index>& edges, int num_nodes,
                                          CondensedGraph<G>* graph) {
-  std::vector<Index> others = PulledEdges(*graph);
-  bool join = true;
+  const std::vector<Index> others = PulledEdges(*graph);
+  bool all_join = true;
   for (const Index e : edges) {
     if (!graph->CanBePulled(e)) continue;
     const G from = graph->RelativePose(e), measured = graph->FactorOf(e).term->measurement;
-    const double reach = Reach(e, Displacement(from, measured), num_nodes, graph);
+    const double reach = Reach(e, measured.Minus(from), num_nodes, graph);
     if (!(Distance(from, measured, reach) > 1) || JoinOthers(e, from, graph)) continue;
     PullADegree(e, {kMostDegrees, reach}, graph);
-    join = false;
+    all_join = false;
   }
-  if (join) return {};
+  if (all_join) return {};
   Advance(others, graph);
   return others;
 }

@@ -44,7 +44,7 @@ void SlicedNewton<G>::Note(const ScheduleResult& windows, double far_off,
   const Hierarchy<G>& hierarchy = graph.hierarchy();
   const Level<G>& level = hierarchy.level(0);
   // The top is solved whole as it is; chains that hold most of the edges do not follow such a step.
-  const bool can_gain = hierarchy.num_levels() > 1 && 2 * level.num_edges > graph.num_edges();
+  const bool can_gain = hierarchy.num_levels() > 1 && !graph.IsMostlyChains();
   // Few nodes of a large map cannot gain as much.
   const double share = static_cast<double>(windows.solved_nodes) / level.num_nodes;
   const bool is_far_off = can_gain && windows.decrease > far_off * std::sqrt(std::min(1., share));

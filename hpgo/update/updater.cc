@@ -66,7 +66,8 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     News news;
     {
       const Stopwatch watch(&report.insert_seconds);
-      news = FindNews(graph_, Pull(GoesByDegrees(mode, changes), changes));
+      const std::vector<Index> changed = Pull(GoesByDegrees(mode, changes), changes);
+      news = FindNews(graph_, changed);
       const Index bad_edge = QueueNews(news, disturbed, thresholds, &graph_);
       if (bad_edge != kNone) report.status = step_.NotFinite(bad_edge);
     }
@@ -110,9 +111,8 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
 // Single closures, where most edges are in chains.
 template <typename G>
 bool Updater<G>::GoesByDegrees(Mode mode, const Changes& changes) const {
-  const Hierarchy<G>& hierarchy = graph_.hierarchy();
   return options_.schedule == Schedule::kStress && mode == Mode::kPartial && !IsMuch(changes) &&
-         hierarchy.num_levels() > 1 && 2 * hierarchy.level(0).num_edges <= graph_.num_edges();
+         graph_.hierarchy().num_levels() > 1 && graph_.IsMostlyChains();
 }
 
 // What pulls otherwise from this update on: the changes, and what goes on to what it measures.
@@ -181,7 +181,7 @@ typename Updater<G>::Step Updater<G>::RunWhole(const Changes& changes, const Bud
   return sum;
 }
 
-// Of the graph.
+// Beside what there is.
 template <typename G>
 bool Updater<G>::IsMuch(const Changes& changes) const {
   return graph_.num_edges() < kOpenedPerNew * changes.num_edges;

@@ -25,16 +25,10 @@ class PullTest : public testing::Test {
     }
     graph_.Restructure();
   }
-  static EdgeData<G> Measuring(const G& T_i_j) {
-    EdgeData<G> data;
-    data.term.measurement = T_i_j;
-    data.term.information =
-        ceres_costs::PackedSymmetric<G::kDof>((1e4 * G::Matrix::Identity()).eval());
-    return data;
-  }
   const G& OnLevel() {
     return graph_.hierarchy().FactorOf(0, graph_.LevelEdgeOf(last_)).term->measurement;
   }
+  double Weight() { return graph_.hierarchy().level(0).edges[graph_.LevelEdgeOf(last_)].weight; }
   const G& Measured() { return graph_.FactorOf(last_).term->measurement; }
 
   CondensedGraph<G> graph_;
@@ -58,6 +52,18 @@ TYPED_TEST(PullTest, Level0PullsAndTheCallerSeesTheMeasurement) {
   EXPECT_TRUE(this->graph_.pulled().empty());
 }
 
+// It may be one that is turned so far that it holds no group together.
+TYPED_TEST(PullTest, GroupsDoNotSeeIt) {
+  using G = TypeParam;
+  this->last_ = this->graph_.AddEdge(3, 15, Measuring(Ahead<G>(0, 3)));
+  this->graph_.Restructure();
+  ASSERT_EQ(this->Weight(), 0);
+  this->graph_.PullTowards(this->last_, Ahead<G>(1), {3, 1});
+  EXPECT_EQ(this->Weight(), 0);
+  this->graph_.EndPull(this->last_);
+  EXPECT_EQ(this->Weight(), 0);
+}
+
 TYPED_TEST(PullTest, OneThatIsRemovedIsForgotten) {
   using G = TypeParam;
   this->graph_.PullTowards(this->last_, Ahead<G>(1), {3, 1});
@@ -70,7 +76,7 @@ TYPED_TEST(PullTest, OneThatIsRemovedIsForgotten) {
 TYPED_TEST(PullTest, AnotherMeasurementIsThatAtOnce) {
   using G = TypeParam;
   this->graph_.PullTowards(this->last_, Ahead<G>(1), {3, 1});
-  this->graph_.UpdateEdge(this->last_, this->Measuring(Ahead<G>(5)).term);
+  this->graph_.UpdateEdge(this->last_, Measuring(Ahead<G>(5)).term);
   EXPECT_TRUE(this->graph_.pulled().empty());
   EXPECT_EQ(this->Measured().Minus(Ahead<G>(5)).norm(), 0);
 }
@@ -91,12 +97,12 @@ TYPED_TEST(PullTest, OnlyClosuresCanBePulled) {
   using G = TypeParam;
   EXPECT_TRUE(this->graph_.CanBePulled(this->last_));
   EXPECT_FALSE(this->graph_.CanBePulled(1));  // of a chain
-  EdgeData<G> flat = this->Measuring(Ahead<G>(1));
+  EdgeData<G> flat = Measuring(Ahead<G>(1));
   typename G::Matrix information = 1e4 * G::Matrix::Identity();
   information(1, 1) = 0;
   flat.term.information = ceres_costs::PackedSymmetric<G::kDof>(information);
   const Index partial = this->graph_.AddEdge(3, 15, flat);
-  const Index prior = this->graph_.AddEdge(kNone, 15, this->Measuring(Ahead<G>(1)));
+  const Index prior = this->graph_.AddEdge(kNone, 15, Measuring(Ahead<G>(1)));
   EXPECT_FALSE(this->graph_.CanBePulled(prior));
   this->graph_.Restructure();
   EXPECT_FALSE(this->graph_.CanBePulled(partial));

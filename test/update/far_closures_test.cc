@@ -25,10 +25,8 @@ class FarClosuresTest : public testing::Test {
   Index Tail(int k) const { return 2 * kLength + kTail - 1 - k; }
   // A closure from a rung to a node, which says that this stands so much elsewhere.
   Index Close(Index i, Index j, const G& off) {
-    EdgeData<G> data;
-    data.term = {graph().WorldPose(i).Between(graph().WorldPose(j)) * off,
-                 ceres_costs::PackedSymmetric<G::kDof>((1e4 * G::Matrix::Identity()).eval())};
-    const Index e = graph().AddEdge(i, j, data);
+    const G T_i_j = graph().WorldPose(i).Between(graph().WorldPose(j));
+    const Index e = graph().AddEdge(i, j, Measuring<G>(T_i_j * off));
     graph().Restructure();
     graph().hierarchy().AssignGroups();
     return e;
