@@ -85,7 +85,7 @@ void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain, const G& T) {
 template <typename G>
 bool CondensedGraph<G>::Settle(Chain* chain, const G& T) {
   const SettleResult settled = spans_.Settle(chain->root, T, tolerance_, chain->lags);
-  linearized_ += settled.edges;
+  visited_ += settled.edges;
   if (!settled.holds && !chain->lags) LinearizeWhereItIs(chain, T);
   return settled.holds;
 }
@@ -150,7 +150,7 @@ double CondensedGraph<G>::CostOfChain(Index level_edge, const G& T) {
     const double bend = BendAt(spans_.Model(chain.root), T), chi2 = ChiSquareAt(chain, T);
     if (!(bend > kFarOnTheWay && Misses(chain, bend, chi2))) return chi2;
   }
-  return spans_.CostAt(chain.root, T, InsideOf(chain));
+  return spans_.CostAt(chain.root, T, InsideOf(chain), &visited_);
 }
 
 // The term of a chain's level edge, for T of its ends.

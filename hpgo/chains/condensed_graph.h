@@ -90,8 +90,9 @@ class CondensedGraph {
   // --- Level 0.
   // What the model of a chain may miss, in sqrt(chi2), before it is linearized anew.
   void SetTolerance(double tolerance) { tolerance_ = tolerance; }
-  // How many edges in chains have been linearized anew since the graph was made or loaded.
-  std::int64_t linearized_edges() const { return linearized_; }
+  // How many edges in chains have been linearized anew or asked what they cost, one by one, since
+  // the graph was made or loaded.
+  std::int64_t visited_edges() const { return visited_; }
   // Takes in all changes: finds the kept nodes, cuts and joins chains, and puts edges on level 0.
   // New nodes without a held one or an older one in their component get a kept one, their first.
   void Restructure();
@@ -239,7 +240,7 @@ class CondensedGraph {
   const bool condense_;
   SpanTree<G> spans_;
   double tolerance_ = 0;
-  std::int64_t linearized_ = 0;
+  std::int64_t visited_ = 0;
   bool is_trial_ = false;
   std::vector<BeforeTrial> before_trial_;  // of the chains that have been refreshed since
   ChunkedVector<Node> nodes_;

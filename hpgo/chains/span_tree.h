@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <functional>
 #include <limits>
 #include <utility>
@@ -97,7 +98,7 @@ class SpanTree {
   void PutBack(const Linearization& before);
   // The cost of the edges, for T of the ends: of spans that rest and hardly bend (kFarOnTheWay) as
   // their models say, of others that of the edges, whose number is added to `edges`.
-  double CostAt(Index root, const G& T, Inside inside, int* edges = nullptr);
+  double CostAt(Index root, const G& T, Inside inside, std::int64_t* edges = nullptr);
   // Whether a term of the ends at T can say what the model says (IsWithinTerm); else an edge of it
   // is unfit.
   bool FitsTerm(Index root, const G& T);

@@ -83,7 +83,7 @@ void SpanTree<G>::DistributeLeaf(const Span& leaf, const G& T, Inside inside, G*
 }
 
 template <typename G>
-double SpanTree<G>::CostAt(Index s, const G& T, Inside inside, int* edges) {
+double SpanTree<G>::CostAt(Index s, const G& T, Inside inside, std::int64_t* edges) {
   constexpr double kSmall = 1e-3;  // of the cost: what a step misses that gains so much is less
   const SpanModel<G>& model = Model(s);
   if (inside == Inside::kYields) {

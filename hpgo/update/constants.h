@@ -24,12 +24,12 @@ inline constexpr double kTausMissedForAnother = 10;
 inline constexpr double kMostTooStiff = 100;
 // Of a usual window, what a solve of the smallest one costs.
 inline constexpr double kLeastWorthOfASolve = 0.05;
-// Edges in chains that are linearized in the time of a usual window.
-inline constexpr double kLinearizedOfAWindow = 1000;
+// Edges in chains that are linearized, or asked what they cost, in the time of a usual window.
+inline constexpr double kVisitedOfAWindow = 1000;
 // Edges in chains up to which a window is solved again: by the size of their matrices, so that they
 // take a few times as long as a slow update does.
 template <typename G>
-inline constexpr double kMostLinearized = 2.5e6 / (G::kDof * G::kDof * G::kDof);
+inline constexpr double kMostVisited = 2.5e6 / (G::kDof * G::kDof * G::kDof);
 // Times that a step whose chains cost more where it ends is made shorter, and by which factor.
 inline constexpr int kShorterSteps = 3;
 inline constexpr double kShorterStep = 0.3;

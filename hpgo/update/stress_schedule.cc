@@ -70,7 +70,7 @@ template <typename G>
 int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_seconds) {
   const Stopwatch watch(total_seconds);
   Window<G>& window = tools_.step.window();
-  const std::int64_t linearized = tools_.graph.linearized_edges();
+  const std::int64_t visited = tools_.graph.visited_edges();
   const std::size_t changes = tools_.graph.num_changes();
   int solves = 0;
   double before = watch.Elapsed();
@@ -85,16 +85,16 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
     const double after = watch.Elapsed();
     tools_.sizes.Learn(window.level(), worth, after - before, step.damped);
     before = after;
-    const auto relinearized = static_cast<double>(tools_.graph.linearized_edges() - linearized);
+    const auto in_chains = static_cast<double>(tools_.graph.visited_edges() - visited);
     const double spent =
-        solves * std::max(worth, kLeastWorthOfASolve) + relinearized / kLinearizedOfAWindow;
+        solves * std::max(worth, kLeastWorthOfASolve) + in_chains / kVisitedOfAWindow;
     // What such a step has missed is seen by nobody else before the next update.
     double most = max_solves;
     if (step.missed > plan_.far_off) most += tools_.options.max_windows;
     // Chains that did not follow are to be cut first, which the next update does.
     const bool chains_follow = tools_.graph.num_changes() == changes;
     if (!step.is_nonlinear || window.level() > 0 || (solves >= most && spent >= most) ||
-        !chains_follow || relinearized > kMostLinearized<G> || plan_.budget.IsStopped()) {
+        !chains_follow || in_chains > kMostVisited<G> || plan_.budget.IsStopped()) {
       return solves;
     }
     window.Restart();

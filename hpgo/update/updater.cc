@@ -140,15 +140,15 @@ ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdateP
   return result;
 }
 
-// While closures are under way an update solves its windows several times, as long as little had to
-// be linearized on the way, and no chain is to be cut first.
+// While closures are under way an update solves its windows several times, as long as few edges in
+// chains had to be looked at on the way, and no chain is to be cut first.
 template <typename G>
 ScheduleResult Updater<G>::RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
                                         UpdateReport* report) {
-  const double most = graph_.linearized_edges() + kLinearizedOfAWindow * options_.max_windows;
+  const double most = graph_.visited_edges() + kVisitedOfAWindow * options_.max_windows;
   ScheduleResult sum = RunWindows(tools, plan, report);
   for (int round = 1; round < kRoundsOfAnUpdate && !graph_.pulled().empty(); ++round) {
-    if (graph_.linearized_edges() > most || graph_.num_changes() > 0) break;
+    if (graph_.visited_edges() > most || graph_.num_changes() > 0) break;
     const std::vector<Index> edges = far_closures_.GoOn(sum.at_rest, &graph_);
     QueueNews(NewsOf(graph_, edges), {}, plan.thresholds, &graph_);
     MergeDirty(tools, plan, report);

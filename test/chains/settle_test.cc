@@ -1,5 +1,6 @@
 // What it costs to bend a straight chain into an arc, and where that ends.
 
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -186,7 +187,7 @@ TYPED_TEST(SettleTest, WhatHardlyBendsIsNotAskedEdgeByEdge) {
     const Index root = this->Straight(num_edges);
     const TypeParam T = this->Arc(num_edges, 0.6);
     const double cost = this->Cost(root, T);
-    int edges = 0;
+    std::int64_t edges = 0;
     EXPECT_NEAR(this->tree_.CostAt(root, T, Inside::kMean, &edges), cost, 0.02 * cost);
     EXPECT_EQ(edges, asked);
   }
@@ -204,7 +205,7 @@ TYPED_TEST(SettleTest, WhatGainsLittleBesideItsBendIsNotAskedEdgeByEdge) {
       d(TypeParam::kDof - 1) = (edge.edge % 2 == 0 ? 1 : -1) * (gains_much ? 0.1 : 1e-4);
       return TypeParam().Plus(d);
     });
-    int edges = 0;
+    std::int64_t edges = 0;
     this->tree_.CostAt(root, T, Inside::kMean, &edges);
     EXPECT_EQ(edges > 0, gains_much);
   }

@@ -1,6 +1,7 @@
 // Chains whose ends move, and are taken back: they are what they were.
 
 #include <cmath>
+#include <cstdint>
 
 #include "ceres_costs/factor_term.h"
 #include "gtest/gtest.h"
@@ -101,11 +102,14 @@ TYPED_TEST(TrialTest, WhatIsBentFarCostsWhatItsEdgesDo) {
   };
   this->graph_.SetWorldPose(this->kEdges, this->Aside(1));
   const TypeParam near = hierarchy.RelativePose(0, 0, 1);
+  const std::int64_t visited = this->graph_.visited_edges();
   EXPECT_EQ(hierarchy.CostAt(this->edge_, near), of_term(near));
+  EXPECT_EQ(this->graph_.visited_edges(), visited);
   EXPECT_GT(this->Cost(), 1.05 * of_term(near));
   this->graph_.SetWorldPose(this->kEdges, this->Aside(30));
   const TypeParam far = hierarchy.RelativePose(0, 0, 1);
   EXPECT_NEAR(hierarchy.CostAt(this->edge_, far), this->Cost(), 1e-9 * this->Cost());
+  EXPECT_EQ(this->graph_.visited_edges(), visited + this->kEdges);
   EXPECT_GT(this->Cost(), 10 * of_term(far));
 }
 
