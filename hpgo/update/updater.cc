@@ -141,23 +141,22 @@ ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdateP
 }
 
 // While closures are under way an update solves its windows several times, as long as few edges in
-// chains had to be looked at on the way, and no chain is to be cut first.
+// chains had to be looked at on the way, and no chain is to be cut first. The result is that of the
+// last time.
 template <typename G>
 ScheduleResult Updater<G>::RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
                                         UpdateReport* report) {
   const double most = graph_.visited_edges() + kVisitedOfAWindow * options_.max_windows;
-  ScheduleResult sum = RunWindows(tools, plan, report);
+  ScheduleResult windows = RunWindows(tools, plan, report);
   for (int round = 1; round < kRoundsOfAnUpdate && !graph_.pulled().empty(); ++round) {
     if (graph_.visited_edges() > most || graph_.num_changes() > 0) break;
-    const std::vector<Index> edges = far_closures_.GoOn(sum.at_rest, &graph_);
+    const std::vector<Index> edges = far_closures_.GoOn(windows.at_rest, &graph_);
     QueueNews(NewsOf(graph_, edges), {}, plan.thresholds, &graph_);
     MergeDirty(tools, plan, report);
-    const ScheduleResult windows = RunWindows(tools, plan, report);
-    sum = {windows.at_rest, sum.decrease + windows.decrease,
-           sum.solved_nodes + windows.solved_nodes};
+    windows = RunWindows(tools, plan, report);
   }
-  sum.at_rest &= graph_.pulled().empty();
-  return sum;
+  windows.at_rest &= graph_.pulled().empty();
+  return windows;
 }
 
 // The whole graph, again where chains could not follow, after they are cut. Cut short is what has

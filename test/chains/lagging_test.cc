@@ -6,6 +6,7 @@
 #include "ceres_costs/factor_term.h"
 #include "gtest/gtest.h"
 #include "hpgo/chains/condensed_graph.h"
+#include "test/update/ladder.h"
 
 namespace hpgo {
 namespace {
@@ -21,14 +22,10 @@ class LaggingTest : public testing::Test {
  protected:
   static constexpr int kMiddle = 64, kEnd = 128;
   LaggingTest() : graph_(HierarchyOptions(), true) {
-    EdgeData<G> data;
-    data.term.measurement = At(1, 0);
-    data.term.information =
-        ceres_costs::PackedSymmetric<G::kDof>((1e4 * G::Matrix::Identity()).eval());
     graph_.AddNode(G());
     for (int k = 1; k <= kEnd; ++k) {
       graph_.AddNode(At(k, 0));
-      graph_.AddEdge(k - 1, k, data);
+      graph_.AddEdge(k - 1, k, Measuring(At(1, 0)));
     }
     graph_.SetTolerance(1e-3);
     for (const int k : {0, kMiddle, kEnd}) graph_.SetHeld(k, true);

@@ -106,6 +106,10 @@ TYPED_TEST(PullTest, OnlyClosuresCanBePulled) {
   EXPECT_FALSE(this->graph_.CanBePulled(prior));
   this->graph_.Restructure();
   EXPECT_FALSE(this->graph_.CanBePulled(partial));
+  for (const int n : {1, 2}) this->graph_.SetHeld(n, true);
+  this->graph_.Restructure();
+  EXPECT_NE(this->graph_.LevelEdgeOf(1), kNone);
+  EXPECT_FALSE(this->graph_.CanBePulled(1));  // closes no loop
   EXPECT_FALSE(this->graph_.CanBePulled(prior));
 }
 
