@@ -194,6 +194,24 @@ bool Window<G>::IsInterior(std::size_t k) const {
 }
 
 template <typename G>
+std::optional<G> Window<G>::PoseBetween(Index i, Index j, bool now) const {
+  const Index ends[2] = {hierarchy_->Ancestor(i, level_), hierarchy_->Ancestor(j, level_)};
+  if (ends[0] == kNone || ends[1] == kNone || ends[0] == ends[1]) return std::nullopt;
+  if (!IsFree(ends[0]) && !IsFree(ends[1])) return std::nullopt;
+  const auto pose = [&](Index node, Index end) {
+    G X_end_node;
+    for (int l = 0; l < level_; ++l) {
+      const LevelNode<G>& record = hierarchy_->level(l).nodes[node];
+      X_end_node = record.pose * X_end_node;
+      node = record.parent;
+    }
+    const Index k = hierarchy_->level(level_).nodes[end].scratch;
+    return (now ? subproblem_.poses[k] : before_[k]) * X_end_node;
+  };
+  return pose(i, ends[0]).Between(pose(j, ends[1]));
+}
+
+template <typename G>
 void Window<G>::Restart() {
   before_ = subproblem_.poses;
 }

@@ -2,6 +2,7 @@
 // its border held (paper, section IV.B).
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "hpgo/hierarchy/hierarchy.h"
@@ -41,6 +42,9 @@ class Window {
   // The relative pose of the edge edges()[k] at the subproblem's poses, and when it was built.
   G RelativePose(std::size_t k) const { return Relative(k, subproblem_.poses); }
   G RelativePoseBefore(std::size_t k) const { return Relative(k, before_); }
+  // The same of two nodes of level 0, at the poses `now` or before; none where a step does not move
+  // them against each other.
+  std::optional<G> PoseBetween(Index i, Index j, bool now) const;
   // T_before_now of the node nodes()[k].
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 

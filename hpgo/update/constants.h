@@ -34,9 +34,9 @@ inline constexpr double kMostVisited = 2.5e6 / (G::kDof * G::kDof * G::kDof);
 inline constexpr int kShorterSteps = 3;
 inline constexpr double kShorterStep = 0.3;
 // Of what a step above level 0 promises, what its edges may miss before those below are asked
-// whether the cost falls; and how many of them are asked at most.
+// whether the cost falls; and how many of them are asked at most, and where all are to be.
 inline constexpr double kShareMissedUnasked = 0.01;
-inline constexpr int kMostAskedBelow = 2000;
+inline constexpr int kMostAskedBelow = 2000, kMostOfAllAsked = 10000;
 
 // --- Windows by time.
 // Of a limit, for one window.

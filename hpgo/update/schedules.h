@@ -42,10 +42,11 @@ struct ScheduleResult {
 // Of an update's sweep: those of the options, or, where time bounds it, none, and no level waits.
 SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget);
 
-// Windows where the predicted decrease of chi2 is worth it.
+// Windows where the predicted decrease of chi2 is worth it. Where the cost that is seen must
+// not rise, those that would raise it are left to the next update.
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                 UpdateReport* report);
+                                 const SeenCost<G>& seen, UpdateReport* report);
 
 // The whole top, to convergence, and a window on every lower level, whether it is stressed or not:
 // around the new edges or the newest node.

@@ -18,8 +18,13 @@ using ceres_costs::YawPose;
 template <typename G>
 class StressSchedule {
  public:
-  StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report)
-      : tools_(tools), plan_(plan), hierarchy_(tools.graph.hierarchy()), report_(report) {}
+  StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, const SeenCost<G>& seen,
+                 UpdateReport* report)
+      : tools_(tools),
+        plan_(plan),
+        hierarchy_(tools.graph.hierarchy()),
+        seen_(seen),
+        report_(report) {}
 
   ScheduleResult Run();
 
@@ -34,12 +39,17 @@ class StressSchedule {
   FoundWork Search(int l);
   int Serve(int l, int max_solves);
   int SolveToRest(double worth, int max_solves, double* total_seconds);
+  void NoteRefused();
+  void LookAgain();
 
   const UpdateTools<G>& tools_;
   const UpdatePlan& plan_;
   Hierarchy<G>& hierarchy_;
+  const SeenCost<G>& seen_;
   UpdateReport* report_;
-  double decrease_ = 0;  // so far
+  // Edges of windows whose step was not taken for the sake of the cost that is seen.
+  std::vector<std::pair<int, Index>> refused_;  // level, edge
+  double decrease_ = 0;                         // so far
   int solved_nodes_ = 0;
 };
 
@@ -77,8 +87,9 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
   while (true) {
     const StepResult step =
         tools_.step.Solve(tools_.options.window_iterations, std::numeric_limits<double>::infinity(),
-                          plan_.thresholds, plan_.budget);
+                          plan_.thresholds, plan_.budget, seen_);
     Note(step, report_);
+    if (step.is_seen_to_rise) NoteRefused();
     decrease_ += step.decrease;
     solved_nodes_ += step.solved_nodes;
     ++solves;
@@ -98,6 +109,24 @@ int StressSchedule<G>::SolveToRest(double worth, int max_solves, double* total_s
       return solves;
     }
     window.Restart();
+  }
+}
+
+template <typename G>
+void StressSchedule<G>::NoteRefused() {
+  const Window<G>& window = tools_.step.window();
+  for (std::size_t k = 0; k < window.edges().size(); ++k) {
+    if (window.IsInterior(k)) refused_.emplace_back(window.level(), window.edges()[k]);
+  }
+}
+
+// Whoever comes next does.
+template <typename G>
+void StressSchedule<G>::LookAgain() {
+  const float pending = 2 * plan_.thresholds.pending;
+  for (const auto& [l, e] : refused_) {
+    if (hierarchy_.level(l).edges[e].pending >= pending) continue;
+    hierarchy_.SetPending(l, e, pending, plan_.thresholds.pending);
   }
 }
 
@@ -145,6 +174,7 @@ ScheduleResult StressSchedule<G>::Run() {
     return worth;
   };
   bool at_rest = tools_.sweep.Run(num_levels, limits, 2 * plan_.thresholds.pending, actions);
+  LookAgain();
   at_rest &= tools_.graph.num_changes() == 0;  // a chain that must not stay one
   // A search or a merge that has done its share may have left some for the next update.
   for (int l = 0; l < num_levels; ++l) {
@@ -167,15 +197,15 @@ SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget)
 
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                 UpdateReport* report) {
-  return StressSchedule<G>(tools, plan, report).Run();
+                                 const SeenCost<G>& seen, UpdateReport* report) {
+  return StressSchedule<G>(tools, plan, seen, report).Run();
 }
 
 template ScheduleResult RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&,
-                                          UpdateReport*);
+                                          const SeenCost<SE2>&, UpdateReport*);
 template ScheduleResult RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&,
-                                          UpdateReport*);
+                                          const SeenCost<SE3>&, UpdateReport*);
 template ScheduleResult RunStressSchedule(const UpdateTools<YawPose>&, const UpdatePlan&,
-                                          UpdateReport*);
+                                          const SeenCost<YawPose>&, UpdateReport*);
 
 }  // namespace hpgo

@@ -91,7 +91,9 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
-      const ScheduleResult windows = RunByDegrees(tools, plan, &report);
+      // Of an update without changes the caller sees the cost fall.
+      const bool may_rise = mode != Mode::kPartial || !changes.empty();
+      const ScheduleResult windows = RunByDegrees(tools, plan, may_rise, &report);
       report.at_rest = windows.at_rest;
       if (in_slices) newton_.Note(windows, plan.far_off, graph_);
     } else {
@@ -133,9 +135,10 @@ std::vector<Index> Updater<G>::Pull(bool by_degrees, const Changes& changes) {
 
 template <typename G>
 ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                      UpdateReport* report) {
+                                      bool may_rise, UpdateReport* report) {
   const int before = report->windows + report->top_solves;
-  const ScheduleResult result = RunStressSchedule(tools, plan, report);
+  const ScheduleResult result =
+      RunStressSchedule(tools, plan, may_rise ? SeenCost<G>() : MustNotRise(graph_), report);
   far_closures_.NoteWindows(report->windows + report->top_solves - before);
   return result;
 }
@@ -145,15 +148,15 @@ ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdateP
 // last time.
 template <typename G>
 ScheduleResult Updater<G>::RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                        UpdateReport* report) {
+                                        bool may_rise, UpdateReport* report) {
   const double most = graph_.visited_edges() + kVisitedOfAWindow * options_.max_windows;
-  ScheduleResult windows = RunWindows(tools, plan, report);
+  ScheduleResult windows = RunWindows(tools, plan, may_rise, report);
   for (int round = 1; round < kRoundsOfAnUpdate && !graph_.pulled().empty(); ++round) {
     if (graph_.visited_edges() > most || graph_.num_changes() > 0) break;
     const std::vector<Index> edges = far_closures_.GoOn(windows.at_rest, &graph_);
     QueueNews(NewsOf(graph_, edges), {}, plan.thresholds, &graph_);
     MergeDirty(tools, plan, report);
-    windows = RunWindows(tools, plan, report);
+    windows = RunWindows(tools, plan, may_rise, report);
   }
   windows.at_rest &= graph_.pulled().empty();
   return windows;

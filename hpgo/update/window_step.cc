@@ -10,6 +10,7 @@
 #include "glog/logging.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/update/constants.h"
+#include "hpgo/update/graph_decrease.h"
 #include "hpgo/update/motion.h"
 #include "hpgo/update/news.h"
 
@@ -46,17 +47,18 @@ WindowStep<G>::WindowStep(Engine engine, Hierarchy<G>* hierarchy, LevelEdgeNamer
 
 template <typename G>
 StepResult WindowStep<G>::Solve(int max_iterations, double max_seconds,
-                                const StressThresholds& thresholds, const Budget& budget) {
+                                const StressThresholds& thresholds, const Budget& budget,
+                                const SeenCost<G>& seen) {
   SubproblemOptions options;
   options.max_iterations = max_iterations;
   options.max_seconds = std::clamp(max_seconds, 0., SubproblemOptions().max_seconds);
-  return SolveBy(solver_.get(), options, thresholds, budget);
+  return SolveBy(solver_.get(), options, thresholds, budget, {}, seen);
 }
 
 template <typename G>
 StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
                                   const StressThresholds& thresholds, const Budget& budget,
-                                  const IsKnown& is_known) {
+                                  const IsKnown& is_known, const SeenCost<G>& seen) {
   options.cancel = budget.cancel();
   std::optional<double> true_cost;  // where the solver does not know it
   if (window_.Lags()) true_cost = window_.Cost();
@@ -77,9 +79,10 @@ StepResult WindowStep<G>::SolveBy(SubproblemSolver<G>* solver, SubproblemOptions
   std::vector<double> changes;
   if (window_.level() > 0) {
     changes = Changes();
-    if (!GraphGains(promised, changes)) return result;
+    if (!IsTaken(GraphGain(promised, changes, seen), seen, &result)) return result;
   } else {
-    if (!ChainsGain(true_cost.value_or(summary.initial_cost), &summary)) return result;
+    const double cost_before = true_cost.value_or(summary.initial_cost);
+    if (!ChainsGain(cost_before, seen, &summary, &result)) return result;
     changes = Changes();
   }
   result.largest_moved = LargestMoved();
@@ -109,31 +112,40 @@ void WindowStep<G>::Take(const std::vector<double>& changes, double left_behind,
   RecordChanges(changes, left_behind, thresholds, is_known);
 }
 
+// Whether a step is taken that gains so much.
+template <typename G>
+bool WindowStep<G>::IsTaken(double gained, const SeenCost<G>& seen, StepResult* result) const {
+  if (!(gained > 0)) return false;
+  result->is_seen_to_rise = !seen.may_rise && !(gained + SeenAside(seen, window_, *hierarchy_) > 0);
+  return !result->is_seen_to_rise;
+}
+
 // Chains bend on the way. Shortens the step until the cost falls with them linearized where it
 // ends; false if it does not, and the poses and the chains are those before it then.
 template <typename G>
-bool WindowStep<G>::ChainsGain(double cost_before, SubproblemSummary* summary) {
+bool WindowStep<G>::ChainsGain(double cost_before, const SeenCost<G>& seen,
+                               SubproblemSummary* summary, StepResult* result) {
   hierarchy_->TryChains(ChainTrial::kBegin);
-  bool gains = !window_.RefreshChains();
-  for (int k = 0; k <= kShorterSteps && !gains; ++k) {
-    if (k > 0) {
-      hierarchy_->TryChains(ChainTrial::kPutBack);
-      window_.ShortenStep(kShorterStep);
-      window_.RefreshChains();
-    }
-    const double cost = window_.Cost();
-    gains = cost < cost_before;
-    if (!gains) continue;
+  double cost = window_.RefreshChains() ? window_.Cost() : summary->final_cost;
+  bool is_taken = IsTaken(cost_before - cost, seen, result);
+  int shorter = 0;
+  for (; shorter < kShorterSteps && !is_taken; ++shorter) {
+    hierarchy_->TryChains(ChainTrial::kPutBack);
+    window_.ShortenStep(kShorterStep);
+    window_.RefreshChains();
+    cost = window_.Cost();
+    is_taken = IsTaken(cost_before - cost, seen, result);
+  }
+  if (is_taken) {
     summary->initial_cost = cost_before;
     summary->final_cost = cost;
-    summary->damped |= k > 0;
-  }
-  if (!gains) {
+    summary->damped |= shorter > 0;
+  } else {
     hierarchy_->TryChains(ChainTrial::kPutBack);
     window_.TakeBack();
   }
   hierarchy_->TryChains(ChainTrial::kEnd);
-  return gains;
+  return is_taken;
 }
 
 // By how much each edge pulls otherwise, in sqrt(chi2), after the step.
@@ -150,43 +162,13 @@ std::vector<double> WindowStep<G>::Changes() const {
   return changes;
 }
 
-// What a coarse edge that changes may miss of the pull of those below, in sqrt(chi2): their errors
-// turn with it, those they have and those that the step brings.
+// By how much the cost of the graph itself falls. Condensed edges do not say what it costs.
 template <typename G>
-double WindowStep<G>::MayMiss(std::size_t k, double change) const {
-  const LevelEdge& edge = hierarchy_->level(window_.level()).edges[window_.edges()[k]];
-  const G moved = window_.RelativePoseBefore(k).Between(window_.RelativePose(k));
-  return 2 * HalfRotation(moved) * (change + std::sqrt(std::max(0.f, edge.chi2)));
-}
-
-// Whether the cost of the graph itself falls. Where coarse edges may miss much of what they promise
-// those below are asked.
-template <typename G>
-bool WindowStep<G>::GraphGains(double promised, const std::vector<double>& changes) const {
-  const int l = window_.level();
-  if (hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return true;
-  const std::size_t num_edges = window_.edges().size();
-  const double most = kShareMissedUnasked * promised;
-  std::vector<double> missed(num_edges);
-  double sum = 0;
-  for (std::size_t k = 0; k < num_edges; ++k) {
-    sum += missed[k] = changes[k] * MayMiss(k, changes[k]);
-  }
-  if (sum < most) return true;
-  const auto decrease = [&](double least) {
-    int left = kMostAskedBelow;
-    double sum_of_all = 0;
-    for (std::size_t k = 0; k < num_edges; ++k) {
-      int none = 0;
-      const bool is_asked = !(missed[k] < least);
-      sum_of_all += hierarchy_->CostDecrease(l, window_.edges()[k], window_.RelativePoseBefore(k),
-                                             window_.RelativePose(k), is_asked ? &left : &none);
-    }
-    return sum_of_all;
-  };
-  const double of_some = decrease(most / num_edges);
-  // All of them where those miss more than they may: so may the others.
-  return of_some > 0 && (promised - of_some < sum || decrease(0) > 0);
+double WindowStep<G>::GraphGain(double promised, const std::vector<double>& changes,
+                                const SeenCost<G>& seen) const {
+  if (hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return promised;
+  const Asking asking = seen.may_rise ? Asking::kWhereInDoubt : Asking::kAll;
+  return GraphDecrease(window_, promised, changes, *hierarchy_, asking);
 }
 
 template <typename G>
@@ -234,7 +216,11 @@ void WindowStep<G>::RecordChanges(const std::vector<double>& changes, double lef
     const double change = changes[k];
     TellParent(l, e, change, thresholds, hierarchy_);
     // Step by step it turns away from where it was merged.
-    if (l > 0) NoteChanged(l, e, MayMiss(k, change), thresholds, hierarchy_);
+    if (l > 0) {
+      const double missed =
+          MissedPull(edge, window_.RelativePoseBefore(k), window_.RelativePose(k), change);
+      NoteChanged(l, e, missed, thresholds, hierarchy_);
+    }
     if (window_.IsInterior(k) && (!is_known || is_known(e))) {
       HandDown(l, e, edge.pending + change, thresholds, hierarchy_);
       const double pending = is_known ? std::max<double>(edge.pending, left_behind) : left_behind;

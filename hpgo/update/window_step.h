@@ -4,12 +4,14 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hpgo/chains/condensed_graph.h"
 #include "hpgo/schedule/stress.h"
 #include "hpgo/solve/engine.h"
 #include "hpgo/solve/window.h"
 #include "hpgo/update/budget.h"
+#include "hpgo/update/seen_cost.h"
 
 namespace hpgo {
 
@@ -24,8 +26,9 @@ struct StepResult {
   bool converged = false;
   bool damped = false;
   int solved_nodes = 0;
-  double initial_cost = 0;  // of the window
-  double decrease = 0;      // of it
+  double initial_cost = 0;       // of the window
+  double decrease = 0;           // of it
+  bool is_seen_to_rise = false;  // the cost as its caller sees it, which must not: not taken
   Motion largest_moved;
 };
 
@@ -41,15 +44,16 @@ class WindowStep {
   // To be built on a level before Solve.
   Window<G>& window() { return window_; }
   // Solves the window, takes the result if the cost falls, and passes on what has changed by it:
-  // to the edges around, to those below, and to those above.
+  // to the edges around, to those below, and to those above. A step that raises the cost its caller
+  // sees is not taken where that must not rise.
   StepResult Solve(int max_iterations, double max_seconds, const StressThresholds& thresholds,
-                   const Budget& budget);
+                   const Budget& budget, const SeenCost<G>& seen = {});
   // The same by another solver. With `is_known` its step is no minimum: what was pending stays so,
   // and edges of which the solver does not know pull otherwise where they have changed.
   using IsKnown = std::function<bool(Index level_edge)>;
   StepResult SolveBy(SubproblemSolver<G>* solver, SubproblemOptions options,
                      const StressThresholds& thresholds, const Budget& budget,
-                     const IsKnown& is_known = {});
+                     const IsKnown& is_known = {}, const SeenCost<G>& seen = {});
   // Takes the poses that the window's subproblem has been given, found by another solve, and passes
   // on what has changed; `left_behind` as in RecordChanges.
   void Take(double left_behind, const StressThresholds& thresholds);
@@ -57,10 +61,12 @@ class WindowStep {
   Status NotFinite(Index level_edge) const;
 
  private:
-  bool ChainsGain(double cost_before, SubproblemSummary* summary);
+  bool IsTaken(double gained, const SeenCost<G>& seen, StepResult* result) const;
+  bool ChainsGain(double cost_before, const SeenCost<G>& seen, SubproblemSummary* summary,
+                  StepResult* result);
   std::vector<double> Changes() const;
-  double MayMiss(std::size_t edge, double change) const;
-  bool GraphGains(double promised, const std::vector<double>& changes) const;
+  double GraphGain(double promised, const std::vector<double>& changes,
+                   const SeenCost<G>& seen) const;
   void Take(const std::vector<double>& changes, double left_behind,
             const StressThresholds& thresholds, const IsKnown& is_known);
   Motion LargestMoved() const;

@@ -12,19 +12,24 @@
 namespace hpgo {
 namespace {
 
-// With small windows, so that all kinds of them are met.
-template <typename G>
-void ExpectNoRise(World world, int max_windows, std::uint64_t seed) {
-  SCOPED_TRACE("seed " + std::to_string(seed));
+GenerateOptions Noisy(World world, int nodes, std::uint64_t seed) {
   GenerateOptions generate;
   generate.world = world;
-  generate.nodes = 600;
+  generate.nodes = nodes;
   generate.seed = seed;
   generate.noise_rotation = generate.noise_translation = 0.2;
+  return generate;
+}
+
+// With small windows, so that all kinds of them are met.
+template <typename G>
+void ExpectNoRise(const GenerateOptions& generate, int window_nodes, int max_windows,
+                  int updates = 5) {
+  SCOPED_TRACE("seed " + std::to_string(generate.seed));
   const SyntheticGraph<G> synthetic = *GenerateGraph<G>(generate);
   OptimizerOptions options;
   options.max_top_nodes = 60;
-  options.window_nodes = 40;
+  options.window_nodes = window_nodes;
   options.max_windows = max_windows;
   Optimizer<G> optimizer(options);
   for (const ReplayStep& step : ReplaySteps(synthetic.graph)) {
@@ -32,7 +37,7 @@ void ExpectNoRise(World world, int max_windows, std::uint64_t seed) {
     optimizer.Update();
     if (!step.closes_loop() || optimizer.num_nodes() % 3 != 0) continue;
     double before = optimizer.Cost();
-    for (int k = 0; k < 5; ++k) {
+    for (int k = 0; k < updates; ++k) {
       const UpdateReport report = optimizer.Update();
       const double after = optimizer.Cost();
       ASSERT_LE(after, before * (1 + 1e-5) + 1e-12)
@@ -51,8 +56,32 @@ TYPED_TEST_SUITE(RisingCostTest, Groups);
 TYPED_TEST(RisingCostTest, AnUpdateWithoutChangesDoesNotRaiseIt) {
   for (const World world : {World::kCity, World::kManhattan}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
-      for (const int max_windows : {3, 6}) ExpectNoRise<TypeParam>(world, max_windows, seed);
+      for (const int max_windows : {3, 6}) {
+        ExpectNoRise<TypeParam>(Noisy(world, 600, seed), 40, max_windows);
+      }
     }
+  }
+}
+
+// Nor while wrong closures are taken in by degrees: the caller sees what they measure.
+TYPED_TEST(RisingCostTest, NorDoesOneThatTakesInAClosureByDegrees) {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    GenerateOptions generate = Noisy(World::kCity, 1000, seed);
+    generate.noise_rotation = 0.03;
+    generate.noise_translation = 0.02;
+    generate.outliers = 0.3;
+    ExpectNoRise<TypeParam>(generate, 20, 3, 20);
+  }
+}
+
+// Nor where coarse edges have long been merged elsewhere, and many are wrong.
+TEST(RisingCostOfWrongClosuresTest, NorDoesOneBetweenManyWrongClosures) {
+  for (const std::uint64_t seed : {13, 15, 26}) {
+    GenerateOptions generate = Noisy(World::kManhattan, 500, seed);
+    generate.noise_rotation = 0.3;
+    generate.noise_translation = 0.02;
+    generate.outliers = 0.05;
+    ExpectNoRise<SE2>(generate, 40, 3, 20);
   }
 }
 

@@ -1,0 +1,47 @@
+#include "hpgo/update/seen_cost.h"
+
+#include <optional>
+
+namespace hpgo {
+
+using ceres_costs::SE2;
+using ceres_costs::SE3;
+using ceres_costs::YawPose;
+
+template <typename G>
+SeenCost<G> MustNotRise(const CondensedGraph<G>& graph) {
+  SeenCost<G> seen;
+  seen.may_rise = false;
+  for (const auto& [e, pulled] : graph.pulled()) {
+    seen.pulled.push_back({graph.LevelEdgeOf(e), pulled.measured});
+  }
+  return seen;
+}
+
+template <typename G>
+double SeenAside(const SeenCost<G>& seen, const Window<G>& window, const Hierarchy<G>& hierarchy) {
+  double aside = 0;
+  for (const typename SeenCost<G>::PulledEdge& edge : seen.pulled) {
+    const Index i = hierarchy.level(0).edges[edge.level_edge].node[0];
+    const Index j = hierarchy.level(0).edges[edge.level_edge].node[1];
+    const std::optional<G> before = window.PoseBetween(i, j, false);
+    if (!before) continue;
+    const G after = *window.PoseBetween(i, j, true);
+    const ceres_costs::FactorTerm<G> pull = hierarchy.FactorOf(0, edge.level_edge);
+    ceres_costs::FactorTerm<G> own = pull;
+    own.term = &edge.measured;
+    aside += FactorCost(own, false, *before) - FactorCost(own, false, after);
+    aside -= FactorCost(pull, false, *before) - FactorCost(pull, false, after);
+  }
+  return aside;
+}
+
+#define HPGO_INSTANTIATE(G)                                   \
+  template SeenCost<G> MustNotRise(const CondensedGraph<G>&); \
+  template double SeenAside(const SeenCost<G>&, const Window<G>&, const Hierarchy<G>&);
+HPGO_INSTANTIATE(SE2)
+HPGO_INSTANTIATE(SE3)
+HPGO_INSTANTIATE(YawPose)
+#undef HPGO_INSTANTIATE
+
+}  // namespace hpgo
