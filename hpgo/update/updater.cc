@@ -91,8 +91,8 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
-      // Of an update without changes the caller sees the cost fall.
-      const bool may_rise = mode != Mode::kPartial || !changes.empty();
+      // Of an update without changes the caller sees the cost fall; Refine goes on until it has.
+      const bool may_rise = mode != Mode::kPartial || !changes.empty() || budget.IsToRest();
       const ScheduleResult windows = RunByDegrees(tools, plan, may_rise, &report);
       report.at_rest = windows.at_rest;
       if (in_slices) newton_.Note(windows, plan.far_off, graph_);
