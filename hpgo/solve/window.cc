@@ -194,21 +194,24 @@ bool Window<G>::IsInterior(std::size_t k) const {
 }
 
 template <typename G>
-std::optional<G> Window<G>::PoseBetween(Index i, Index j, bool now) const {
-  const Index ends[2] = {hierarchy_->Ancestor(i, level_), hierarchy_->Ancestor(j, level_)};
-  if (ends[0] == kNone || ends[1] == kNone || ends[0] == ends[1]) return std::nullopt;
-  if (!IsFree(ends[0]) && !IsFree(ends[1])) return std::nullopt;
-  const auto pose = [&](Index node, Index end) {
-    G X_end_node;
-    for (int l = 0; l < level_; ++l) {
-      const LevelNode<G>& record = hierarchy_->level(l).nodes[node];
-      X_end_node = record.pose * X_end_node;
-      node = record.parent;
+std::optional<std::pair<G, G>> Window<G>::PosesBetween(Index i, Index j) const {
+  Index ends[2] = {i, j};
+  G within[2];  // their poses in the nodes of this level that they belong to
+  for (int side = 0; side < 2; ++side) {
+    for (int l = 0; l < level_ && ends[side] != kNone; ++l) {
+      const LevelNode<G>& node = hierarchy_->level(l).nodes[ends[side]];
+      within[side] = node.pose * within[side];
+      ends[side] = node.parent;
     }
-    const Index k = hierarchy_->level(level_).nodes[end].scratch;
-    return (now ? subproblem_.poses[k] : before_[k]) * X_end_node;
+    if (ends[side] == kNone) return std::nullopt;
+  }
+  if (ends[0] == ends[1] || (!IsFree(ends[0]) && !IsFree(ends[1]))) return std::nullopt;
+  const auto& nodes = hierarchy_->level(level_).nodes;
+  const auto between = [&](const std::vector<G>& poses) {
+    return (poses[nodes[ends[0]].scratch] * within[0])
+        .Between(poses[nodes[ends[1]].scratch] * within[1]);
   };
-  return pose(i, ends[0]).Between(pose(j, ends[1]));
+  return std::make_pair(between(before_), between(subproblem_.poses));
 }
 
 template <typename G>

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "hpgo/hierarchy/hierarchy.h"
@@ -42,9 +43,9 @@ class Window {
   // The relative pose of the edge edges()[k] at the subproblem's poses, and when it was built.
   G RelativePose(std::size_t k) const { return Relative(k, subproblem_.poses); }
   G RelativePoseBefore(std::size_t k) const { return Relative(k, before_); }
-  // The same of two nodes of level 0, at the poses `now` or before; none where a step does not move
-  // them against each other.
-  std::optional<G> PoseBetween(Index i, Index j, bool now) const;
+  // Those of two nodes of level 0, before and now; none where a step does not move them against
+  // each other.
+  std::optional<std::pair<G, G>> PosesBetween(Index i, Index j) const;
   // T_before_now of the node nodes()[k].
   G Moved(std::size_t k) const { return before_[k].Between(subproblem_.poses[k]); }
 

@@ -26,6 +26,9 @@ struct UpdatePlan {
   const StressThresholds& thresholds;
   const News& news;
   double far_off;  // chi2 that counts as far from the optimum
+  // The cost that the caller sees. Not in an update without changes, but for Refine, which goes on
+  // until it has fallen.
+  bool may_rise = true;
 };
 
 // Computes the coarse edges anew whose children have changed, bottom to top, as far as the budget
@@ -42,11 +45,11 @@ struct ScheduleResult {
 // Of an update's sweep: those of the options, or, where time bounds it, none, and no level waits.
 SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget);
 
-// Windows where the predicted decrease of chi2 is worth it. Where the cost that is seen must
-// not rise, those that would raise it are left to the next update.
+// Windows where the predicted decrease of chi2 is worth it. Where the cost must not rise those
+// that would raise it are left to the next update.
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                 const SeenCost<G>& seen, UpdateReport* report);
+                                 UpdateReport* report);
 
 // The whole top, to convergence, and a window on every lower level, whether it is stressed or not:
 // around the new edges or the newest node.

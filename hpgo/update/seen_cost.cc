@@ -1,7 +1,5 @@
 #include "hpgo/update/seen_cost.h"
 
-#include <optional>
-
 namespace hpgo {
 
 using ceres_costs::SE2;
@@ -22,16 +20,15 @@ template <typename G>
 double SeenAside(const SeenCost<G>& seen, const Window<G>& window, const Hierarchy<G>& hierarchy) {
   double aside = 0;
   for (const typename SeenCost<G>::PulledEdge& edge : seen.pulled) {
-    const Index i = hierarchy.level(0).edges[edge.level_edge].node[0];
-    const Index j = hierarchy.level(0).edges[edge.level_edge].node[1];
-    const std::optional<G> before = window.PoseBetween(i, j, false);
-    if (!before) continue;
-    const G after = *window.PoseBetween(i, j, true);
+    const auto& ends = hierarchy.level(0).edges[edge.level_edge].node;
+    const auto poses = window.PosesBetween(ends[0], ends[1]);
+    if (!poses) continue;
+    const auto& [before, after] = *poses;
     const ceres_costs::FactorTerm<G> pull = hierarchy.FactorOf(0, edge.level_edge);
     ceres_costs::FactorTerm<G> own = pull;
     own.term = &edge.measured;
-    aside += FactorCost(own, false, *before) - FactorCost(own, false, after);
-    aside -= FactorCost(pull, false, *before) - FactorCost(pull, false, after);
+    aside += FactorCost(own, false, before) - FactorCost(own, false, after);
+    aside -= FactorCost(pull, false, before) - FactorCost(pull, false, after);
   }
   return aside;
 }

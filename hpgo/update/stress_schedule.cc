@@ -18,12 +18,11 @@ using ceres_costs::YawPose;
 template <typename G>
 class StressSchedule {
  public:
-  StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, const SeenCost<G>& seen,
-                 UpdateReport* report)
+  StressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, UpdateReport* report)
       : tools_(tools),
         plan_(plan),
         hierarchy_(tools.graph.hierarchy()),
-        seen_(seen),
+        seen_(plan.may_rise ? SeenCost<G>() : MustNotRise(tools.graph)),
         report_(report) {}
 
   ScheduleResult Run();
@@ -45,7 +44,7 @@ class StressSchedule {
   const UpdateTools<G>& tools_;
   const UpdatePlan& plan_;
   Hierarchy<G>& hierarchy_;
-  const SeenCost<G>& seen_;
+  const SeenCost<G> seen_;
   UpdateReport* report_;
   // Edges of windows whose step was not taken for the sake of the cost that is seen.
   std::vector<std::pair<int, Index>> refused_;  // level, edge
@@ -197,15 +196,15 @@ SweepLimits SweepLimitsOf(const OptimizerOptions& options, const Budget& budget)
 
 template <typename G>
 ScheduleResult RunStressSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                 const SeenCost<G>& seen, UpdateReport* report) {
-  return StressSchedule<G>(tools, plan, seen, report).Run();
+                                 UpdateReport* report) {
+  return StressSchedule<G>(tools, plan, report).Run();
 }
 
 template ScheduleResult RunStressSchedule(const UpdateTools<SE2>&, const UpdatePlan&,
-                                          const SeenCost<SE2>&, UpdateReport*);
+                                          UpdateReport*);
 template ScheduleResult RunStressSchedule(const UpdateTools<SE3>&, const UpdatePlan&,
-                                          const SeenCost<SE3>&, UpdateReport*);
+                                          UpdateReport*);
 template ScheduleResult RunStressSchedule(const UpdateTools<YawPose>&, const UpdatePlan&,
-                                          const SeenCost<YawPose>&, UpdateReport*);
+                                          UpdateReport*);
 
 }  // namespace hpgo

@@ -73,7 +73,8 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     }
     const UpdateTools<G> tools = {options_, graph_, step_, sizes_, sweep_};
     const double far_off = kShareOfFarOff * mean_.value() * graph_.hierarchy().level(0).num_edges;
-    const UpdatePlan plan = {budget, thresholds, news, far_off};
+    const bool may_rise = !changes.empty() || budget.IsToRest();
+    const UpdatePlan plan = {budget, thresholds, news, far_off, may_rise};
     if (IsToBeOpened(mode, changes, plan)) {
       // Of an update it is a part of taking in what is new, which no limit of time cuts short.
       SolveOpened(tools, plan, mode == Mode::kFull ? budget.SecondsLeft() : kInfinity, &report);
@@ -91,9 +92,7 @@ typename Updater<G>::Step Updater<G>::Run(const Changes& changes, Mode mode, con
     } else if (mode == Mode::kTop) {
       SolveTop(tools, plan, options_.window_iterations, &report);
     } else if (options_.schedule == Schedule::kStress) {
-      // Of an update without changes the caller sees the cost fall; Refine goes on until it has.
-      const bool may_rise = mode != Mode::kPartial || !changes.empty() || budget.IsToRest();
-      const ScheduleResult windows = RunByDegrees(tools, plan, may_rise, &report);
+      const ScheduleResult windows = RunByDegrees(tools, plan, &report);
       report.at_rest = windows.at_rest;
       if (in_slices) newton_.Note(windows, plan.far_off, graph_);
     } else {
@@ -135,10 +134,9 @@ std::vector<Index> Updater<G>::Pull(bool by_degrees, const Changes& changes) {
 
 template <typename G>
 ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                      bool may_rise, UpdateReport* report) {
+                                      UpdateReport* report) {
   const int before = report->windows + report->top_solves;
-  const ScheduleResult result =
-      RunStressSchedule(tools, plan, may_rise ? SeenCost<G>() : MustNotRise(graph_), report);
+  const ScheduleResult result = RunStressSchedule(tools, plan, report);
   far_closures_.NoteWindows(report->windows + report->top_solves - before);
   return result;
 }
@@ -148,15 +146,15 @@ ScheduleResult Updater<G>::RunWindows(const UpdateTools<G>& tools, const UpdateP
 // last time.
 template <typename G>
 ScheduleResult Updater<G>::RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
-                                        bool may_rise, UpdateReport* report) {
+                                        UpdateReport* report) {
   const double most = graph_.visited_edges() + kVisitedOfAWindow * options_.max_windows;
-  ScheduleResult windows = RunWindows(tools, plan, may_rise, report);
+  ScheduleResult windows = RunWindows(tools, plan, report);
   for (int round = 1; round < kRoundsOfAnUpdate && !graph_.pulled().empty(); ++round) {
     if (graph_.visited_edges() > most || graph_.num_changes() > 0) break;
     const std::vector<Index> edges = far_closures_.GoOn(windows.at_rest, &graph_);
     QueueNews(NewsOf(graph_, edges), {}, plan.thresholds, &graph_);
     MergeDirty(tools, plan, report);
-    windows = RunWindows(tools, plan, may_rise, report);
+    windows = RunWindows(tools, plan, report);
   }
   windows.at_rest &= graph_.pulled().empty();
   return windows;

@@ -48,9 +48,9 @@ class Updater {
   void TakeIn(const Changes& changes, Gauge<G>* gauge, std::vector<Index>* disturbed);
   bool GoesByDegrees(Mode mode, const Changes& changes) const;
   std::vector<Index> Pull(bool by_degrees, const Changes& changes);
-  ScheduleResult RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan, bool may_rise,
+  ScheduleResult RunWindows(const UpdateTools<G>& tools, const UpdatePlan& plan,
                             UpdateReport* report);
-  ScheduleResult RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan, bool may_rise,
+  ScheduleResult RunByDegrees(const UpdateTools<G>& tools, const UpdatePlan& plan,
                               UpdateReport* report);
   bool IsMuch(const Changes& changes) const;
   bool IsToBeOpened(Mode mode, const Changes& changes, const UpdatePlan& plan) const;

@@ -3,12 +3,12 @@
 #include "hpgo/update/seen_cost.h"
 
 #include <limits>
-#include <optional>
 #include <string>
 
 #include "gtest/gtest.h"
 #include "hpgo/solve/solver_factory.h"
 #include "hpgo/update/window_step.h"
+#include "test/hierarchy/level_cost.h"
 #include "test/solve/small_graphs.h"
 #include "test/solve/small_hierarchies.h"
 
@@ -42,9 +42,9 @@ class Walk {
     typename G::Tangent away = G::Tangent::Zero();
     for (Index e = 0; e < static_cast<Index>(hierarchy_.level(0).edges.size()); ++e) {
       const auto& ends = hierarchy_.level(0).edges[e].node;
-      const std::optional<G> before = step_.window().PoseBetween(ends[0], ends[1], false);
-      if (!before) continue;  // within a group
-      typename G::Tangent d = before->Minus(*step_.window().PoseBetween(ends[0], ends[1], true));
+      const auto poses = step_.window().PosesBetween(ends[0], ends[1]);
+      if (!poses) continue;  // within a group
+      typename G::Tangent d = poses->first.Minus(poses->second);
       d.template tail<G::kRotationDof>().setZero();
       if (d.norm() < away.norm()) continue;
       away = d;
@@ -61,14 +61,12 @@ class Walk {
                        seen_);
   }
   double Cost() const {
-    double cost = 0;
-    for (Index e = 0; e < static_cast<Index>(hierarchy_.level(0).edges.size()); ++e) {
-      ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, e);
-      if (e == pulled_) factor.term = &seen_.pulled.front().measured;
-      const LevelEdge& edge = hierarchy_.level(0).edges[e];
-      cost += FactorCost(factor, false, hierarchy_.RelativePose(0, edge.node[0], edge.node[1]));
-    }
-    return cost;
+    ceres_costs::FactorTerm<G> factor = hierarchy_.FactorOf(0, pulled_);
+    const auto& ends = hierarchy_.level(0).edges[pulled_].node;
+    const G T = hierarchy_.RelativePose(0, ends[0], ends[1]);
+    const double pull = FactorCost(factor, false, T);
+    factor.term = &seen_.pulled.front().measured;
+    return CostOfLevel(hierarchy_, 0) - pull + FactorCost(factor, false, T);
   }
 
  private:
@@ -84,7 +82,7 @@ class SeenCostTest : public testing::Test {};
 using Groups = testing::Types<SE2, SE3>;
 TYPED_TEST_SUITE(SeenCostTest, Groups);
 
-// m, beside what a step moves.
+// Times what a step moves.
 constexpr double kFarAway = 1000, kFarAhead = -1000;
 
 TYPED_TEST(SeenCostTest, AStepThatRaisesItIsNotTaken) {
