@@ -8,6 +8,7 @@
 #include "gtest/gtest.h"
 #include "hpgo/hierarchy/consistency.h"
 #include "test/hierarchy/hierarchy_fixture.h"
+#include "test/hierarchy/level_cost.h"
 
 namespace hpgo {
 namespace {
@@ -135,17 +136,7 @@ TYPED_TEST(HierarchyTest, GalerkinEdgesMatchTheFineObjective) {
                     this->RandomEdge(hierarchy.WorldPose(0, this->nodes_[5])));
   this->MergeAll(&hierarchy);
   ASSERT_GE(hierarchy.num_levels(), 3);
-  const auto cost = [&](int l) {
-    double sum = 0;
-    const Level<TypeParam>& level = hierarchy.level(l);
-    for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-      const auto& edge = level.edges[e];
-      if (!edge.alive) continue;
-      sum += FactorCost(hierarchy.FactorOf(l, e), edge.node[0] == kNone,
-                        hierarchy.RelativePose(l, edge.node[0], edge.node[1]));
-    }
-    return sum;
-  };
+  const auto cost = [&](int l) { return CostOfLevel(hierarchy, l); };
   const int top = hierarchy.num_levels() - 1;
   for (Index n = 0; n < static_cast<Index>(hierarchy.level(top).nodes.size()); ++n) {
     if (!hierarchy.level(top).nodes[n].alive) continue;

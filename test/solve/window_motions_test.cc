@@ -8,6 +8,7 @@
 #include "hpgo/solve/window.h"
 #include "small_graphs.h"
 #include "small_hierarchies.h"
+#include "test/hierarchy/level_cost.h"
 #include "window_fixture.h"
 
 namespace hpgo {
@@ -82,20 +83,7 @@ TYPED_TEST(WindowMotionsTest, TakesBackItsMotions) {
   }
 }
 
-// The objective of level 0, which windows of any level minimize.
-template <typename G>
-double FineCost(const Hierarchy<G>& hierarchy) {
-  double sum = 0;
-  const Level<G>& level = hierarchy.level(0);
-  for (Index e = 0; e < static_cast<Index>(level.edges.size()); ++e) {
-    const auto& edge = level.edges[e];
-    if (!edge.alive) continue;
-    sum += FactorCost(hierarchy.FactorOf(0, e), edge.node[0] == kNone,
-                      hierarchy.RelativePose(0, edge.node[0], edge.node[1]));
-  }
-  return sum;
-}
-
+// That of level 0, which windows of any level minimize.
 TYPED_TEST(WindowMotionsTest, SolvedWindowsOfEveryLevelLowerTheObjective) {
   using G = TypeParam;
   HierarchyOptions options;
@@ -103,7 +91,7 @@ TYPED_TEST(WindowMotionsTest, SolvedWindowsOfEveryLevelLowerTheObjective) {
   Hierarchy<G> hierarchy = MakeHierarchy(MakeKnownGraph<G>(200, 0.02, 3).graph, options);
   ASSERT_GE(hierarchy.num_levels(), 3);
   const auto solver = MakeBlockSolver<G>();
-  double last = FineCost(hierarchy);
+  double last = CostOfLevel(hierarchy, 0);
   for (int l = hierarchy.num_levels() - 1; l >= 0; --l) {
     ASSERT_TRUE(l % 2 == 0
                     ? this->window_.BuildWhole(l, &hierarchy)
@@ -112,7 +100,7 @@ TYPED_TEST(WindowMotionsTest, SolvedWindowsOfEveryLevelLowerTheObjective) {
         solver->Solve(SubproblemOptions(), &this->window_.subproblem());
     ASSERT_TRUE(summary.status.ok()) << summary.status.ToString();
     this->window_.Commit(&hierarchy);
-    const double cost = FineCost(hierarchy);
+    const double cost = CostOfLevel(hierarchy, 0);
     EXPECT_LT(cost, last) << "level " << l;
     last = cost;
   }
@@ -138,9 +126,10 @@ TYPED_TEST(WindowMotionsTest, TheWholeLevelIsTheWholeProblem) {
       MakeBlockSolver<G>()->Solve(options, &this->window_.subproblem());
   ASSERT_TRUE(summary.status.ok()) << summary.status.ToString();
   // All of the objective but the edges between fixed nodes.
-  const double constant = FineCost(hierarchy) - summary.initial_cost;
+  const double constant = CostOfLevel(hierarchy, 0) - summary.initial_cost;
   this->window_.Commit(&hierarchy);
-  EXPECT_NEAR(FineCost(hierarchy) - constant, summary.final_cost, 1e-9 * summary.initial_cost);
+  EXPECT_NEAR(CostOfLevel(hierarchy, 0) - constant, summary.final_cost,
+              1e-9 * summary.initial_cost);
   EXPECT_LT(summary.final_cost, summary.initial_cost);
 }
 

@@ -6,6 +6,7 @@
 
 #include "gtest/gtest.h"
 #include "hpgo/update/constants.h"
+#include "test/hierarchy/level_cost.h"
 #include "test/solve/small_graphs.h"
 #include "test/solve/small_hierarchies.h"
 
@@ -35,10 +36,11 @@ class Top {
       const double share = few && 20 * k < 19 * window_.num_free() ? 0.01 : 1;
       pose = (pose * RandomPose<G>(&rng, share * m, share * rad)).Normalized();
     }
-    const double level = CostOfLevel(window_.level()), graph = CostOfLevel(0);
+    const double level = CostOfLevel(hierarchy_, window_.level()),
+                 graph = CostOfLevel(hierarchy_, 0);
     window_.Commit(&hierarchy_);
-    promised_ = level - CostOfLevel(window_.level());
-    decrease_ = graph - CostOfLevel(0);
+    promised_ = level - CostOfLevel(hierarchy_, window_.level());
+    decrease_ = graph - CostOfLevel(hierarchy_, 0);
   }
   double promised() const { return promised_; }
   double decrease() const { return decrease_; }
@@ -55,17 +57,6 @@ class Top {
   int num_edges() const { return hierarchy_.level(0).num_edges; }
 
  private:
-  double CostOfLevel(int l) const {
-    double sum = 0;
-    for (Index e = 0; e < static_cast<Index>(hierarchy_.level(l).edges.size()); ++e) {
-      const LevelEdge& edge = hierarchy_.level(l).edges[e];
-      if (!edge.alive) continue;
-      sum += FactorCost(hierarchy_.FactorOf(l, e), edge.node[0] == kNone,
-                        hierarchy_.RelativePose(l, edge.node[0], edge.node[1]));
-    }
-    return sum;
-  }
-
   Hierarchy<G> hierarchy_;
   Window<G> window_;
   double promised_ = 0, decrease_ = 0;

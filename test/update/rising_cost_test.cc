@@ -12,12 +12,15 @@
 namespace hpgo {
 namespace {
 
-GenerateOptions Noisy(World world, int nodes, std::uint64_t seed) {
+GenerateOptions Noisy(World world, int nodes, std::uint64_t seed, double rotation,
+                      double translation, double outliers = 0) {
   GenerateOptions generate;
   generate.world = world;
   generate.nodes = nodes;
   generate.seed = seed;
-  generate.noise_rotation = generate.noise_translation = 0.2;
+  generate.noise_rotation = rotation;
+  generate.noise_translation = translation;
+  generate.outliers = outliers;
   return generate;
 }
 
@@ -57,7 +60,7 @@ TYPED_TEST(RisingCostTest, AnUpdateWithoutChangesDoesNotRaiseIt) {
   for (const World world : {World::kCity, World::kManhattan}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
       for (const int max_windows : {3, 6}) {
-        ExpectNoRise<TypeParam>(Noisy(world, 600, seed), 40, max_windows);
+        ExpectNoRise<TypeParam>(Noisy(world, 600, seed, 0.2, 0.2), 40, max_windows);
       }
     }
   }
@@ -66,22 +69,14 @@ TYPED_TEST(RisingCostTest, AnUpdateWithoutChangesDoesNotRaiseIt) {
 // Nor while wrong closures are taken in by degrees: the caller sees what they measure.
 TYPED_TEST(RisingCostTest, NorDoesOneThatTakesInAClosureByDegrees) {
   for (const std::uint64_t seed : {1, 2, 3}) {
-    GenerateOptions generate = Noisy(World::kCity, 1000, seed);
-    generate.noise_rotation = 0.03;
-    generate.noise_translation = 0.02;
-    generate.outliers = 0.3;
-    ExpectNoRise<TypeParam>(generate, 20, 3, 20);
+    ExpectNoRise<TypeParam>(Noisy(World::kCity, 1000, seed, 0.03, 0.02, 0.3), 20, 3, 20);
   }
 }
 
 // Nor where coarse edges have long been merged elsewhere, and many are wrong.
 TEST(RisingCostOfWrongClosuresTest, NorDoesOneBetweenManyWrongClosures) {
   for (const std::uint64_t seed : {13, 15, 26}) {
-    GenerateOptions generate = Noisy(World::kManhattan, 500, seed);
-    generate.noise_rotation = 0.3;
-    generate.noise_translation = 0.02;
-    generate.outliers = 0.05;
-    ExpectNoRise<SE2>(generate, 40, 3, 20);
+    ExpectNoRise<SE2>(Noisy(World::kManhattan, 500, seed, 0.3, 0.02, 0.05), 40, 3, 20);
   }
 }
 
