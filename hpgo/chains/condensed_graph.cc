@@ -77,6 +77,7 @@ void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain, const G& T) {
   std::vector<G> poses;
   spans_.ForEachEdge(chain->root, T, InsideOf(*chain),
                      [&](Index, const G& Y) { poses.push_back(Y); });
+  if (is_trial_) spans_.Remember(chain->root, &trial_log_);
   std::size_t k = 0;
   spans_.LinearizeAt(chain->root, [&](const ChainEdge<G>&) { return poses[k++]; });
 }
@@ -84,7 +85,8 @@ void CondensedGraph<G>::LinearizeWhereItIs(Chain* chain, const G& T) {
 // False if it lags: where it was, then.
 template <typename G>
 bool CondensedGraph<G>::Settle(Chain* chain, const G& T) {
-  const SettleResult settled = spans_.Settle(chain->root, T, tolerance_, chain->lags);
+  const SettleResult settled =
+      spans_.Settle(chain->root, T, tolerance_, chain->lags, is_trial_ ? &trial_log_ : nullptr);
   visited_ += settled.edges;
   if (!settled.holds && !chain->lags) LinearizeWhereItIs(chain, T);
   return settled.holds;
@@ -113,9 +115,8 @@ RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
     return RefreshedChain::kHolds;
   }
   if (is_trial_) {
-    before_trial_.push_back({~name, chain.lags, chain.chi2,
-                             *hierarchy_.FactorOf(0, level_edge).term,
-                             spans_.Remember(chain.root)});
+    before_trial_.push_back(
+        {~name, chain.lags, chain.chi2, *hierarchy_.FactorOf(0, level_edge).term});
   }
   const bool holds = Settle(&chain, T);
   BindUnfit();
@@ -130,15 +131,16 @@ RefreshedChain CondensedGraph<G>::Refresh(Index level_edge, const G& T) {
 template <typename G>
 void CondensedGraph<G>::Try(ChainTrial trial) {
   if (trial == ChainTrial::kPutBack) {
+    spans_.PutBack(LogMark(), &trial_log_);
     for (auto before = before_trial_.rbegin(); before != before_trial_.rend(); ++before) {
       Chain& chain = chains_[before->chain];
-      spans_.PutBack(before->linearization);
       hierarchy_.SetCondensed(chain.level_edge, before->term);
       SetLags(&chain, before->lags);
       chain.chi2 = before->chi2;
     }
   }
   before_trial_.clear();
+  trial_log_ = {};
   is_trial_ = trial != ChainTrial::kEnd;
 }
 

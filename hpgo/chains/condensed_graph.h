@@ -167,7 +167,6 @@ class CondensedGraph {
     bool lags;
     double chi2;
     ceres_costs::RelativePoseTerm<G> term;
-    typename SpanTree<G>::Linearization linearization;
   };
 
   void SetTerm(Chain* chain, const G& T);
@@ -243,6 +242,7 @@ class CondensedGraph {
   std::int64_t visited_ = 0;
   bool is_trial_ = false;
   std::vector<BeforeTrial> before_trial_;  // of the chains that have been refreshed since
+  LinearizationLog<G> trial_log_;          // of their spans and edges
   ChunkedVector<Node> nodes_;
   ChunkedVector<Edge> edges_;
   ChunkedVector<Index> node_of_level_;     // by node of level 0

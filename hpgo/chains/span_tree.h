@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "hpgo/chains/linearization_log.h"
 #include "hpgo/chains/span.h"
 #include "hpgo/hierarchy/chunked_vector.h"
 
@@ -81,21 +82,21 @@ class SpanTree {
   void PrepareFirst(Index root);
   // Linearizes anew, with T of the ends of the chain, every stretch whose model may miss more than
   // `tolerance`, in sqrt(chi2) (MissedAt). What cannot get there stays as it was, but for what it
-  // gained where it was there before: `lags`, the last time did not do it.
-  SettleResult Settle(Index root, const G& T, double tolerance, bool lags = false);
+  // gained where it was there before: `lags`, the last time did not do it. `log`, unless null, goes
+  // on with what is overwritten.
+  SettleResult Settle(Index root, const G& T, double tolerance, bool lags = false,
+                      LinearizationLog<G>* log = nullptr);
   // The same of every stretch, until nothing moves any more.
   SettleResult SettleAll(Index root, const G& T, bool lags = false);
   // The names of edges that Settle has found to be no part for a chain: turned against their
   // measurements by more than a linearization can reach, or amid a stretch whose step raises its
   // cost.
   std::vector<Index> TakeUnfit() { return std::exchange(unfit_, {}); }
-  // Where all of a tree is linearized, to be put back there as long as it has the same spans. O(n).
-  struct Linearization {
-    std::vector<std::pair<Index, SpanModel<G>>> models;  // by span
-    std::vector<std::pair<Index, G>> edges;              // where each was
-  };
-  Linearization Remember(Index root);
-  void PutBack(const Linearization& before);
+  // Where all of a tree is linearized. O(n).
+  void Remember(Index root, LinearizationLog<G>* log);
+  // Puts back what the log has since `mark`, which it has no longer then, as long as the trees have
+  // the same spans.
+  void PutBack(const LogMark& mark, LinearizationLog<G>* log);
   // The cost of the edges, for T of the ends: of spans that rest and hardly bend (kFarOnTheWay) as
   // their models say, of others that of the edges, whose number is added to `edges`.
   double CostAt(Index root, const G& T, Inside inside, std::int64_t* edges = nullptr);
@@ -179,23 +180,19 @@ class SpanTree {
     bool Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const;
   };
   struct Settled {
-    Linearization before;  // of what was moved
-    double turn = 0;       // the largest of an edge, in rad
-    double gained = 0;     // by which their cost fell
+    double turn = 0;    // the largest of an edge, in rad
+    double gained = 0;  // by which their cost fell
   };
-  bool SettleSpan(Index span, const G& T, const Pass& pass, Settled* settled);
-  static Index MiddleOf(const Settled& settled) {
-    return settled.before.edges[settled.before.edges.size() / 2].first;
-  }
-  void Remember(Index span, Linearization* linearization);
+  bool SettleSpan(Index span, const G& T, const Pass& pass, LinearizationLog<G>* log,
+                  Settled* settled);
   void NameMiddle(Index root);
   struct Goal {
     G T;
     double tolerance = 0, still = 0;
-    bool lags = false;
+    bool lags = false, stays = false;  // stays: lags there already
   };
-  SettleResult GoTo(Index root, const Goal& goal, std::vector<Linearization>* way);
-  SettleResult SettleInTurns(Index root, const Goal& goal);
+  SettleResult GoTo(Index root, const Goal& goal, LinearizationLog<G>* log);
+  SettleResult SettleInTurns(Index root, Goal goal, LinearizationLog<G>* log);
 
   template <typename Visitor>
   void VisitSpan(Index s, const G& T, Inside inside, Visitor& visit) {

@@ -51,29 +51,26 @@ G SpanTree<G>::Relax(Index s) {
 }
 
 template <typename G>
-void SpanTree<G>::Remember(Index s, Linearization* linearization) {
+void SpanTree<G>::Remember(Index s, LinearizationLog<G>* log) {
   const Span& span = spans_[s];
-  linearization->models.emplace_back(s, Model(s));
+  log->models.emplace_back(s, Model(s));
   for (int k = 0; k < span.count; ++k) {
     if (span.height > 0) {
-      Remember(span.items[k], linearization);
+      Remember(span.items[k], log);
     } else {
-      linearization->edges.emplace_back(span.items[k], edges_[span.items[k]].Y);
+      log->edges.emplace_back(span.items[k], edges_[span.items[k]].Y);
     }
   }
 }
 
 template <typename G>
-typename SpanTree<G>::Linearization SpanTree<G>::Remember(Index root) {
-  Linearization linearization;
-  Remember(root, &linearization);
-  return linearization;
-}
-
-template <typename G>
-void SpanTree<G>::PutBack(const Linearization& before) {
-  for (const auto& [e, Y] : before.edges) edges_[e].Y = Y;
-  for (const auto& [s, model] : before.models) {
+void SpanTree<G>::PutBack(const LogMark& mark, LinearizationLog<G>* log) {
+  for (; log->edges.size() > mark.edges; log->edges.pop_back()) {
+    const auto& [e, Y] = log->edges.back();
+    edges_[e].Y = Y;
+  }
+  for (; log->models.size() > mark.models; log->models.pop_back()) {
+    const auto& [s, model] = log->models.back();
     spans_[s].model = model;
     spans_[s].stale = false;
   }
@@ -97,16 +94,17 @@ void SpanTree<G>::LinearizeAt(Index s, const std::function<G(const ChainEdge<G>&
 // False where an edge turned further than the reach: the rest was not looked at, and all of it is
 // to be undone.
 template <typename G>
-bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* settled) {
+bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, LinearizationLog<G>* log,
+                             Settled* settled) {
   Span& span = spans_[s];
   if (!pass.Concerns(Model(s), T, span.height > 0) && s != pass.moved) return true;
-  settled->before.models.emplace_back(s, span.model);
+  log->models.emplace_back(s, span.model);
   if (span.height == 0) {
     G poses[kLeafEdges];
     DistributeLeaf(span, T, Inside::kMean, poses);
     for (int k = 0; k < span.count; ++k) {
       ChainEdge<G>& edge = edges_[span.items[k]];
-      settled->before.edges.emplace_back(span.items[k], edge.Y);
+      log->edges.emplace_back(span.items[k], edge.Y);
       const typename G::Tangent moved = edge.Y.LocalCoordinates(poses[k]);
       settled->turn = std::max(settled->turn, moved.template tail<G::kRotationDof>().norm());
       edge.Y = poses[k];
@@ -119,8 +117,8 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
   }
   const SplitPose<G> split =
       Distribute(spans_[span.items[0]].model, spans_[span.items[1]].model, T, Inside::kMean);
-  if (!SettleSpan(span.items[0], split.first, pass, settled) ||
-      !SettleSpan(span.items[1], split.second, pass, settled)) {
+  if (!SettleSpan(span.items[0], split.first, pass, log, settled) ||
+      !SettleSpan(span.items[1], split.second, pass, log, settled)) {
     return false;
   }
   span.model = Join(spans_[span.items[0]].model, spans_[span.items[1]].model, split);
@@ -133,17 +131,16 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Settled* set
 // chain; at T all of it is looked at. A step that turns an edge further than a linearization can
 // reach is made shorter. Where that does not help the edges are knotted, and the way begins at
 // their measurements instead. Bent far enough, steps at T would go anywhere: one that raises the
-// cost is the last. `way`: what was done, step by step, but for steps of one that was there before.
+// cost is the last.
 template <typename G>
-SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Linearization>* way) {
+SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, LinearizationLog<G>* log) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
   const double tolerance = goal.tolerance;
   SettleResult result;
   double part = 1;
-  const bool stays = goal.lags && IsLinearizedAt(Model(root), goal.T);
-  bool arrived = stays, untied = false;
-  Depth depth = stays ? Depth::kLeaves : Depth::kMissed;
+  bool arrived = goal.stays, untied = false;
+  Depth depth = goal.stays ? Depth::kLeaves : Depth::kMissed;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), goal.T, part);
     Pass pass;
@@ -152,29 +149,32 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Lineari
     pass.moved = step.arrives ? kNone : root;
     if (!arrived) pass.reach = kReach;
     Settled settled;
-    const bool is_within = SettleSpan(root, step.T, pass, &settled);
-    if (step.arrives && settled.before.edges.empty()) return result;
-    result.edges += static_cast<int>(settled.before.edges.size());
+    const LogMark before = log->End();
+    const bool is_within = SettleSpan(root, step.T, pass, log, &settled);
+    const std::size_t num_edges = log->edges.size() - before.edges;
+    if (step.arrives && num_edges == 0) return result;
+    result.edges += static_cast<int>(num_edges);
     if (arrived && !(settled.gained >= 0)) {
-      PutBack(settled.before);
+      const Index middle = log->edges[before.edges + num_edges / 2].first;
+      PutBack(before, log);
       // More than the model may miss, and so more than rounding: it is out of reach here.
       const double rounding = tolerance > 0 ? tolerance * tolerance : kRounding * Model(root).cost;
       result.holds = settled.gained >= -rounding || !(tolerance > 0 || goal.lags);
-      if (!result.holds) unfit_.push_back(edges_[MiddleOf(settled)].edge);
+      if (!result.holds) unfit_.push_back(edges_[middle].edge);
       return result;
     }
     if (!is_within) {
-      PutBack(settled.before);
+      PutBack(before, log);
       part *= kShorter;
       if (part > kShortest && !untied) continue;
       if (std::exchange(untied, true)) break;
-      way->push_back(Remember(root));
+      Remember(root, log);
       Relax(root);
       part = 1;
       continue;
     }
-    for (const auto& [e, Y] : settled.before.edges) {
-      const ChainEdge<G>& edge = edges_[e];
+    for (std::size_t k = before.edges; k < log->edges.size(); ++k) {
+      const ChainEdge<G>& edge = edges_[log->edges[k].first];
       if (TurnsTooFar(edge)) unfit_.push_back(edge.edge);
     }
     part = 1;
@@ -182,7 +182,6 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, std::vector<Lineari
     const bool moved = settled.turn > goal.still;
     depth = moved || comes_from_afar ? Depth::kLeaves : Depth::kMissed;
     arrived = step.arrives;
-    if (!stays) way->push_back(std::move(settled.before));
     if (tolerance < 0 && !moved && arrived) return result;
   }
   result.holds = arrived;
@@ -207,29 +206,33 @@ void SpanTree<G>::NameMiddle(Index root) {
 // What does not get there stays as it was. It is to be cut, and so is what is bent further than a
 // term of its ends can say.
 template <typename G>
-SettleResult SpanTree<G>::SettleInTurns(Index root, const Goal& goal) {
-  std::vector<Linearization> way;
+SettleResult SpanTree<G>::SettleInTurns(Index root, Goal goal, LinearizationLog<G>* log) {
+  goal.stays = goal.lags && IsLinearizedAt(Model(root), goal.T);
+  const LogMark before = log->End();
   const std::size_t unfit_before = unfit_.size();
-  SettleResult result = GoTo(root, goal, &way);
+  SettleResult result = GoTo(root, goal, log);
   if (result.holds) {
     result.holds = FitsTerm(root, goal.T);
     return result;
   }
-  for (auto step = way.rbegin(); step != way.rend(); ++step) PutBack(*step);
+  if (!goal.stays) PutBack(before, log);
   if (unfit_.size() == unfit_before) NameMiddle(root);
   return result;
 }
 
 template <typename G>
-SettleResult SpanTree<G>::Settle(Index root, const G& T, double tolerance, bool lags) {
+SettleResult SpanTree<G>::Settle(Index root, const G& T, double tolerance, bool lags,
+                                 LinearizationLog<G>* log) {
   constexpr double kSmallTurn = 0.01;  // rad; what it leaves is of second order
-  return SettleInTurns(root, {T, tolerance, kSmallTurn, lags});
+  LinearizationLog<G> own;
+  return SettleInTurns(root, {T, tolerance, kSmallTurn, lags}, log != nullptr ? log : &own);
 }
 
 template <typename G>
 SettleResult SpanTree<G>::SettleAll(Index root, const G& T, bool lags) {
   constexpr double kStill = 1e-8;  // rad
-  return SettleInTurns(root, {T, -1, kStill, lags});
+  LinearizationLog<G> log;
+  return SettleInTurns(root, {T, -1, kStill, lags}, &log);
 }
 
 template class SpanTree<ceres_costs::SE2>;

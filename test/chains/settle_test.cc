@@ -171,10 +171,18 @@ TYPED_TEST(SettleTest, NoEdgeOfABentLeafTears) {
   EXPECT_LT(last, cost / 2);
   EXPECT_LT(cost, 2 * 1e2 * 0.2 * 0.2 / 12);
   EXPECT_NEAR(this->tree_.CostAt(root, T, Inside::kMean), cost, 1e-9 * cost);
-  const auto before = this->tree_.Remember(root);
-  ASSERT_TRUE(this->tree_.Settle(root, T, 1e-3).holds);
-  EXPECT_NE(this->tree_.Model(root).T.translation(), before.models.front().second.T.translation());
-  this->tree_.PutBack(before);
+  const G T_before = this->tree_.Model(root).T;
+  LinearizationLog<G> log;
+  ASSERT_TRUE(this->tree_.Settle(root, T, 1e-3, false, &log).holds);
+  const LogMark settled = log.End();
+  const G T_settled = this->tree_.Model(root).T;
+  EXPECT_NE(T_settled.translation(), T_before.translation());
+  ASSERT_TRUE(this->tree_.Settle(root, this->Arc(12, 0.1), 1e-3, false, &log).holds);
+  EXPECT_NE(this->tree_.Model(root).T.translation(), T_settled.translation());
+  this->tree_.PutBack(settled, &log);
+  EXPECT_EQ(this->tree_.Model(root).T.translation(), T_settled.translation());
+  this->tree_.PutBack(LogMark(), &log);
+  EXPECT_EQ(this->tree_.Model(root).T.translation(), T_before.translation());
   EXPECT_EQ(this->tree_.CostAt(root, T, Inside::kMean), cost);
 }
 
