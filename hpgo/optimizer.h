@@ -130,9 +130,9 @@ class Optimizer {
   // --- Solving.
   // One bounded step: inserts what is new and improves the estimate where it pays most. Where most
   // edges are in chains, a closure that is far off may take several updates; at_rest is false until
-  // then, and the cost counts what it measures. With the default schedule, where nothing has
-  // changed, the cost does not end above what it was, but for what chains' models miss, and where
-  // more edges are moved than can be asked (hpgo/update/README.md).
+  // then, and the cost counts what it measures. Where nothing has changed, the cost does not end
+  // above what it was, but for what chains' models miss, and where more edges are moved than can be
+  // asked (hpgo/update/README.md).
   UpdateReport Update(const UpdateLimits& limits = {});
   // The same with another mode than that of the options.
   UpdateReport Optimize(Mode mode, const UpdateLimits& limits = {});

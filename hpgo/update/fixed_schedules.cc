@@ -47,7 +47,9 @@ void SolveTop(const UpdateTools<G>& tools, const UpdatePlan& plan, int iteration
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
   ++report->top_solves;
   if (!tools.step.window().BuildWhole(hierarchy.num_levels() - 1, &hierarchy)) return;
-  Note(tools.step.Solve(iterations, kInfinity, plan.thresholds, plan.budget), report);
+  Note(tools.step.Solve(iterations, kInfinity, plan.thresholds, plan.budget,
+                        SeenCostOf(tools.graph, plan.may_rise)),
+       report);
 }
 
 template <typename G>
@@ -63,7 +65,8 @@ void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index
       continue;
     }
     ++report->windows;
-    Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget),
+    Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget,
+                          SeenCostOf(tools.graph, plan.may_rise)),
          report);
   }
 }

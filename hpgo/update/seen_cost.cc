@@ -7,9 +7,10 @@ using ceres_costs::SE3;
 using ceres_costs::YawPose;
 
 template <typename G>
-SeenCost<G> MustNotRise(const CondensedGraph<G>& graph) {
+SeenCost<G> SeenCostOf(const CondensedGraph<G>& graph, bool may_rise) {
   SeenCost<G> seen;
-  seen.may_rise = false;
+  seen.may_rise = may_rise;
+  if (may_rise) return seen;
   for (const auto& [e, pulled] : graph.pulled()) {
     seen.pulled.push_back({graph.LevelEdgeOf(e), pulled.measured});
   }
@@ -33,8 +34,8 @@ double SeenAside(const SeenCost<G>& seen, const Window<G>& window, const Hierarc
   return aside;
 }
 
-#define HPGO_INSTANTIATE(G)                                   \
-  template SeenCost<G> MustNotRise(const CondensedGraph<G>&); \
+#define HPGO_INSTANTIATE(G)                                        \
+  template SeenCost<G> SeenCostOf(const CondensedGraph<G>&, bool); \
   template double SeenAside(const SeenCost<G>&, const Window<G>&, const Hierarchy<G>&);
 HPGO_INSTANTIATE(SE2)
 HPGO_INSTANTIATE(SE3)

@@ -19,9 +19,9 @@ struct SeenCost {
   bool may_rise = true;
 };
 
-// That of a graph which must not rise.
+// Of a graph; what pulls elsewhere counts where the cost must not rise.
 template <typename G>
-SeenCost<G> MustNotRise(const CondensedGraph<G>& graph);
+SeenCost<G> SeenCostOf(const CondensedGraph<G>& graph, bool may_rise);
 
 // By how much more the pulled edges' own costs fall, in chi2, when the window's poses go to where
 // its step says, than those of where they pull.

@@ -22,7 +22,7 @@ class StressSchedule {
       : tools_(tools),
         plan_(plan),
         hierarchy_(tools.graph.hierarchy()),
-        seen_(plan.may_rise ? SeenCost<G>() : MustNotRise(tools.graph)),
+        seen_(SeenCostOf(tools.graph, plan.may_rise)),
         report_(report) {}
 
   ScheduleResult Run();

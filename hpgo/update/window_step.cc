@@ -162,11 +162,13 @@ std::vector<double> WindowStep<G>::Changes() const {
   return changes;
 }
 
-// By how much the cost of the graph itself falls. Condensed edges do not say what it costs.
+// By how much the cost of the graph itself falls. Condensed edges do not say what it costs: their
+// steps are taken as the paper does, where it may rise.
 template <typename G>
 double WindowStep<G>::GraphGain(double promised, const std::vector<double>& changes,
                                 const SeenCost<G>& seen) const {
-  if (hierarchy_->options().coarse_edges != CoarseEdges::kGalerkin) return promised;
+  const bool is_condensed = hierarchy_->options().coarse_edges == CoarseEdges::kCondensed;
+  if (is_condensed && seen.may_rise) return promised;
   const Asking asking = seen.may_rise ? Asking::kWhereInDoubt : Asking::kAll;
   return GraphDecrease(window_, promised, changes, *hierarchy_, asking);
 }
