@@ -34,8 +34,8 @@ class Map {
 
   CondensedGraph<G>& graph() { return update_.graph(); }
   // The end of the tail is said to stand so much elsewhere; one of so many changes.
-  UpdateReport Close(const G& off, int changes = 1, Mode mode = Mode::kPartial) {
-    const int rung = 10 * kRungs;
+  UpdateReport Close(const G& off, int changes = 1, Mode mode = Mode::kPartial,
+                     int rung = 10 * kRungs) {
     const G T_rung_last = graph().WorldPose(rung).Between(graph().WorldPose(last_));
     Changes closure = Changes::None(last_);
     closure.edges = {graph().AddEdge(rung, last_, Measuring<G>(T_rung_last * off))};
@@ -105,6 +105,20 @@ TYPED_TEST(ByDegreesTest, NorWhereOneLinearizesALongChainAgainAndAgain) {
   map.Close(Aside<TypeParam>(30));
   ASSERT_TRUE(map.IsUnderWay());
   EXPECT_EQ(map.DegreesOfFirstUpdate(), 1);
+}
+
+// Both ends are in one group: no level above tells of it that it pulls on.
+TYPED_TEST(ByDegreesTest, SoDoesAClosureThatOnlyLevelZeroSees) {
+  constexpr int kBeginOfTail = 2 * kLength - 1;
+  for (const double ahead : {0, 10}) {
+    Map<TypeParam> map, full;
+    UpdateReport report = map.Close(Ahead<TypeParam>(ahead, 1), 1, Mode::kPartial, kBeginOfTail);
+    for (int k = 0; k < 20 && !report.at_rest; ++k) report = map.Update();
+    EXPECT_TRUE(report.at_rest);
+    full.Close(Ahead<TypeParam>(ahead, 1), 1, Mode::kFull, kBeginOfTail);
+    full.Converge();
+    EXPECT_NEAR(CostOf(&map.graph()), CostOf(&full.graph()), 1e-3 * CostOf(&full.graph()));
+  }
 }
 
 TYPED_TEST(ByDegreesTest, RefineGoesAllTheWay) {
