@@ -189,10 +189,10 @@ class SpanTree {
   struct Goal {
     G T;
     double tolerance = 0, still = 0;
-    bool lags = false, stays = false;  // stays: lags there already
+    bool lags = false;
   };
-  SettleResult GoTo(Index root, const Goal& goal, LinearizationLog<G>* log);
-  SettleResult SettleInTurns(Index root, Goal goal, LinearizationLog<G>* log);
+  SettleResult GoTo(Index root, const Goal& goal, bool stays, LinearizationLog<G>* log);
+  SettleResult SettleInTurns(Index root, const Goal& goal, LinearizationLog<G>* log);
 
   template <typename Visitor>
   void VisitSpan(Index s, const G& T, Inside inside, Visitor& visit) {

@@ -131,16 +131,16 @@ bool SpanTree<G>::SettleSpan(Index s, const G& T, const Pass& pass, Linearizatio
 // chain; at T all of it is looked at. A step that turns an edge further than a linearization can
 // reach is made shorter. Where that does not help the edges are knotted, and the way begins at
 // their measurements instead. Bent far enough, steps at T would go anywhere: one that raises the
-// cost is the last.
+// cost is the last. `stays`: it lags there already.
 template <typename G>
-SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, LinearizationLog<G>* log) {
+SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, bool stays, LinearizationLog<G>* log) {
   constexpr int kMaxTurns = 16;  // a half turn in steps within reach, and as many again
   constexpr double kShorter = 0.3, kShortest = 0.02;
   const double tolerance = goal.tolerance;
   SettleResult result;
   double part = 1;
-  bool arrived = goal.stays, untied = false;
-  Depth depth = goal.stays ? Depth::kLeaves : Depth::kMissed;
+  bool arrived = stays, untied = false;
+  Depth depth = stays ? Depth::kLeaves : Depth::kMissed;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), goal.T, part);
     Pass pass;
@@ -206,16 +206,16 @@ void SpanTree<G>::NameMiddle(Index root) {
 // What does not get there stays as it was. It is to be cut, and so is what is bent further than a
 // term of its ends can say.
 template <typename G>
-SettleResult SpanTree<G>::SettleInTurns(Index root, Goal goal, LinearizationLog<G>* log) {
-  goal.stays = goal.lags && IsLinearizedAt(Model(root), goal.T);
+SettleResult SpanTree<G>::SettleInTurns(Index root, const Goal& goal, LinearizationLog<G>* log) {
+  const bool stays = goal.lags && IsLinearizedAt(Model(root), goal.T);
   const LogMark before = log->End();
   const std::size_t unfit_before = unfit_.size();
-  SettleResult result = GoTo(root, goal, log);
+  SettleResult result = GoTo(root, goal, stays, log);
   if (result.holds) {
     result.holds = FitsTerm(root, goal.T);
     return result;
   }
-  if (!goal.stays) PutBack(before, log);
+  if (!stays) PutBack(before, log);
   if (unfit_.size() == unfit_before) NameMiddle(root);
   return result;
 }

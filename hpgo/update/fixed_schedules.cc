@@ -58,6 +58,7 @@ void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index
   SolveTop(tools, plan, kFullIterations, report);
   const Stopwatch watch(&report->window_seconds);
   Hierarchy<G>& hierarchy = tools.graph.hierarchy();
+  const SeenCost<G> seen = SeenCostOf(tools.graph, plan.may_rise);
   for (int l = hierarchy.num_levels() - 2; l >= 0 && !plan.budget.IsStopped(); --l) {
     const WindowLimits limits = {tools.options.window_nodes, tools.options.window_edges};
     if (!tools.step.window().Build(l, SeedsOnLevel(l, tools, plan.news, newest), limits,
@@ -66,7 +67,7 @@ void RunFixedSchedule(const UpdateTools<G>& tools, const UpdatePlan& plan, Index
     }
     ++report->windows;
     Note(tools.step.Solve(tools.options.window_iterations, kInfinity, plan.thresholds, plan.budget,
-                          SeenCostOf(tools.graph, plan.may_rise)),
+                          seen),
          report);
   }
 }
