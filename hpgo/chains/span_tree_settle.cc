@@ -12,6 +12,10 @@ namespace {
 // Of a cost, what a step loses that gains nothing any more.
 constexpr double kRounding = 1e-9;
 
+// rad, or m per m, by which a span that rests may bend and is not linearized anew: its model misses
+// about as much of its cost.
+constexpr double kAsGoodAsStraight = 1e-3;
+
 // T_i_j of the measurement where the edge is linearized.
 template <typename G>
 G RelativePose(const ChainEdge<G>& edge) {
@@ -30,6 +34,7 @@ template <typename G>
 bool SpanTree<G>::Pass::Concerns(const SpanModel<G>& model, const G& T, bool is_inner) const {
   if (depth == Depth::kFar) return BendAt(model, T) > kFarOnTheWay;
   if (depth == Depth::kLeaves && (is_inner || GainAt(model) > tolerance * tolerance)) return true;
+  if (depth == Depth::kMissed && !(BendAt(model, T) > kAsGoodAsStraight)) return false;
   return MissedAt(model, T) > tolerance;
 }
 
@@ -140,7 +145,7 @@ SettleResult SpanTree<G>::GoTo(Index root, const Goal& goal, bool stays, Lineari
   SettleResult result;
   double part = 1;
   bool arrived = stays, untied = false;
-  Depth depth = stays ? Depth::kLeaves : Depth::kMissed;
+  Depth depth = stays || tolerance < 0 ? Depth::kLeaves : Depth::kMissed;
   for (int turn = 0; turn < kMaxTurns; ++turn) {
     const StepWithinReach<G> step = TowardsWithinReach(Model(root), goal.T, part);
     Pass pass;

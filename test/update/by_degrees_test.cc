@@ -101,8 +101,9 @@ TYPED_TEST(ByDegreesTest, NorByMoreWhereEachIsSoonOver) {
 TYPED_TEST(ByDegreesTest, NorWhereOneLinearizesALongChainAgainAndAgain) {
   OptimizerOptions options = SmallTop();
   options.window_nodes = 20;
+  options.max_windows = 1;
   Map<TypeParam> map(kRungs, options, 500);
-  map.Close(Aside<TypeParam>(30));
+  map.Close(Ahead<TypeParam>(0, 1));
   ASSERT_TRUE(map.IsUnderWay());
   EXPECT_EQ(map.DegreesOfFirstUpdate(), 1);
 }
@@ -123,7 +124,7 @@ TYPED_TEST(ByDegreesTest, SoDoesAClosureThatOnlyLevelZeroSees) {
 
 TYPED_TEST(ByDegreesTest, RefineGoesAllTheWay) {
   Map<TypeParam> map;
-  map.Close(Ahead<TypeParam>(0, 1));
+  map.Close(Ahead<TypeParam>(3, 1));
   ASSERT_TRUE(map.IsUnderWay());
   EXPECT_TRUE(map.Refine().at_rest);
   EXPECT_FALSE(map.IsUnderWay());
