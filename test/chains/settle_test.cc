@@ -254,8 +254,7 @@ TYPED_TEST(SettleTest, WhatIsLinearizedFarOffCostsWhatItsEdgesDo) {
   EXPECT_GT(model.cost - GainAt(model), 1.1 * cost);
 }
 
-// A zigzag: where a step raises its cost at last it lags, else it rests, though without a
-// tolerance.
+// A zigzag: where a step raises its cost at last it lags, else it rests; without a tolerance.
 TYPED_TEST(SettleTest, WhatLagsIsToldFromWhatRests) {
   const auto settle = [&](double turn, int period, int edges) {
     const Index root = this->Straight(edges);
