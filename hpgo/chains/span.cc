@@ -38,18 +38,15 @@ typename G::Matrix InverseJacobian(ceres_costs::ErrorConvention convention,
     if (convention == ceres_costs::ErrorConvention::kTwist) return Inverse<G::kDof>(J);
     return J.transpose();  // a rotation
   } else {
+    const Eigen::Matrix3d inverse = Inverse<3>(J.template bottomRightCorner<3, 3>());
     typename G::Matrix B = G::Matrix::Zero();
-    if (convention == ceres_costs::ErrorConvention::kTwist) {
-      // [A, D; 0, A], and A is singular at a full turn only.
-      const Eigen::Matrix3d inverse = J.template topLeftCorner<3, 3>().inverse();
+    B.template bottomRightCorner<3, 3>() = inverse;
+    if (convention == ceres_costs::ErrorConvention::kTwist) {  // of [A, D; 0, A]
       B.template topLeftCorner<3, 3>() = inverse;
       B.template topRightCorner<3, 3>() = -inverse * J.template topRightCorner<3, 3>() * inverse;
-      B.template bottomRightCorner<3, 3>() = inverse;
-      return B;
+    } else {  // of a rotation, and of what the rotational error does
+      B.template topLeftCorner<3, 3>() = J.template topLeftCorner<3, 3>().transpose();
     }
-    // A rotation, and what the rotational error does.
-    B.template topLeftCorner<3, 3>() = J.template topLeftCorner<3, 3>().transpose();
-    B.template bottomRightCorner<3, 3>() = Inverse<3>(J.template bottomRightCorner<3, 3>());
     return B;
   }
 }
