@@ -61,7 +61,6 @@ TYPED_TEST(SettleTest, TheWayCostsWhatBendsAndTheEndWhatMisses) {
   EXPECT_LT(this->tree_.Settle(near, this->Arc(kEdges, 0.6), 1e-3).edges, kEdges / 2);
 }
 
-// Each edge turns by 2 / 64 rad there.
 TYPED_TEST(SettleTest, AnArcIsReachedAtItsCost) {
   const Index root = this->Straight(64);
   this->tree_.Settle(root, this->Arc(64, 2), 1e-3);
@@ -78,6 +77,7 @@ TYPED_TEST(SettleTest, WhatHardlyBendsIsNotLinearizedAgain) {
     EXPECT_EQ(this->tree_.Settle(root, T, 1e-8).edges > 0, is_again) << turn;
     EXPECT_NEAR(ChiSquareAt(this->tree_.Model(root), T) / this->Cost(root, T), 1, 1e-3);
   }
+  EXPECT_GT(this->tree_.SettleAll(root, this->Arc(64, 0.3203)).edges, 0) << "all of it";
 }
 
 // Where edges turn by less than a hundredth of a rad, but all of them together by more than a
